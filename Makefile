@@ -82,7 +82,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/coverage.py --materials 571 --evidence
 	$(MEASURE) experiments/cut_ladders.py --evidence
 	$(MEASURE) experiments/pixel_falls.py --evidence
-	$(MEASURE) benchmarks/chain.py --evidence
+	$(MEASURE) benchmarks/chain.py plain now=. --evidence
 	$(MEASURE) benchmarks/skin.py --evidence
 	$(MEASURE) benchmarks/heat.py --points 0 --evidence
 	$(MEASURE) benchmarks/reactions.py --evidence

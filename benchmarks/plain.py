@@ -76,55 +76,60 @@ def correction(scene: rs.Scene, length: float, points: int, seed: list[int]) -> 
     return fine - coarse
 
 
+def member(scene: rs.Scene, length: float, parts: int, level: int, seed: list[int]) -> Array:
+    """Return T_flash of a surface of the lowest level, or a correction in a part of the cell, K."""
+    points = COARSEST << level
+    if level == 0:
+        return flash_temperature(scene, rs.Grid((points, points), (length, length)), seed)
+    part = max(n for n in (1, 2, 4) if n == 1 or (n <= parts and points >= n * SMALL))
+    return correction(scene, length / part, points // part, seed)
+
+
+def extrapolated(samples: list[list[Array]]) -> tuple[Result, Array]:
+    """Return the mean of all levels with the rest beyond them, and the variance of a member of each level in it, K²."""
+    counts = np.array([[len(values)] for values in samples])
+    means = np.array([np.mean(values, axis=0) for values in samples])
+    rest = means[-1] * FALL / (1.0 - FALL)
+    mean = means.sum(axis=0) + rest
+    # by how much the last level has changed the extrapolated value
+    change = (means[-1] - FALL * means[-2]) / (1.0 - FALL)
+    of_rest = np.maximum(np.abs(change), 0.5 * np.abs(rest)) / mean
+    variances = np.array([np.var(values, axis=0, ddof=1) for values in samples])
+    for level in range(2, len(samples)):  # few members may show too little
+        variances[level] = np.maximum(variances[level], 0.5 * FALL**2 * variances[level - 1])
+    variances[-1] /= (1.0 - FALL) ** 2  # it carries the rest, too
+    statistical = 1.96 * np.sqrt((variances / counts).sum(axis=0)) / mean
+    return Result(mean, statistical, of_rest, counts.ravel().tolist()), variances
+
+
 def plain(scene: rs.Scene, target: float, seed: int = 1) -> Result:
     """Return T_flash to a relative total error, 95 %, at the worst speed, or as close as the largest grid comes."""
     plan = rs.plan(scene, target)
     length, parts = plan.lengths[0], max(level.parts for level in plan.levels)
-    cell = rs.Grid((COARSEST, COARSEST), (length, length))
     samples: list[list[Array]] = [[] for _ in FIRST]
     seconds, wanted = [0.0 for _ in FIRST], list(FIRST)
     while True:
         for level, count in enumerate(wanted):
             begun = time.process_time()
             for number in range(len(samples[level]), count):
-                stream = [seed, level, number]
-                if level == 0:
-                    value = flash_temperature(scene, cell, stream)
-                else:
-                    points = COARSEST << level
-                    part = max((n for n in (1, 2, parts) if points // n >= SMALL), default=1)
-                    value = correction(scene, length / part, points // part, stream)
-                samples[level].append(value)
+                samples[level].append(member(scene, length, parts, level, [seed, level, number]))
             seconds[level] += time.process_time() - begun
-        counts = np.array([[len(values)] for values in samples])
-        means = np.array([np.mean(values, axis=0) for values in samples])
-        rest = means[-1] * FALL / (1.0 - FALL)
-        mean = means.sum(axis=0) + rest
-        # by how much the last level has changed the extrapolated value
-        apart = (means[-1] - FALL * means[-2]) / (1.0 - FALL)
-        of_rest = np.maximum(np.abs(apart), 0.5 * np.abs(rest)) / mean
-        variances = np.array([np.var(values, axis=0, ddof=1) for values in samples])
-        for level in range(2, len(samples)):  # few members may show too little
-            variances[level] = np.maximum(variances[level], 0.5 * FALL**2 * variances[level - 1])
-        variances[-1] /= (1.0 - FALL) ** 2  # it carries the rest, too
-        statistical = 1.96 * np.sqrt((variances / counts).sum(axis=0)) / mean
-        result = Result(mean, statistical, of_rest, counts.ravel().tolist())
-        if result.error.max() <= target:
+        result, variances = extrapolated(samples)
+        more = result.rest.max() > REST * target
+        too_fine = (COARSEST << len(samples)) > parts * FINEST
+        if result.error.max() <= target or (more and too_fine):
             return result
-        more = of_rest.max() > REST * target
         if more:
-            if (COARSEST << len(samples)) // parts > FINEST:
-                return result
             samples.append([])
             seconds.append(0.0)
             wanted = [*result.members, ADDED]
             continue
         # N = √(V/C) Σ √(V C) (z/goal)², of the speed with the largest
-        goal = np.sqrt(np.maximum(target**2 - of_rest**2, 0.5 * target**2)) * mean
-        cost = np.array(seconds)[:, None] / counts
+        goal = np.sqrt(target**2 - result.rest**2) * result.mean
+        cost = np.array([[spent / n] for spent, n in zip(seconds, result.members, strict=True)])
         share = np.sqrt(variances / cost) * np.sqrt(variances * cost).sum(axis=0)
         needed = np.ceil(share * (1.96 / goal) ** 2).max(axis=1).astype(int)
-        wanted = np.maximum(needed, counts.ravel()).tolist()
+        wanted = np.maximum(needed, result.members).tolist()
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""A contact solver as an able user would write it in a day with the right paper: a peer of `benchmarks/contact.py`.
+"""A contact solver as an able user writes it in a day with the right paper: a peer of `benchmarks/contact.py`.
 
 Elastic contact by conjugate gradients on the bounded pressure, preconditioned by |q| on the contact (Vollebregt, J.
 Optim. Theory Appl. 162, 2014, 931), on nested grids that double from 64² points; FFTW plans that are measured, loops
@@ -7,11 +7,12 @@ that are compiled and fused. One thread, float64.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numba
 import numpy as np
-from rival import plans
+import pyfftw
 
 COARSEST = 64
 
@@ -88,6 +89,28 @@ def advance(p: Any, gap: Any, step: Any, length: float, stiffness: float, load: 
     for i in range(p.size):
         p[i] *= factor
     return change + abs(factor - 1.0) * total, joined
+
+
+@lru_cache(maxsize=8)  # of the nested grids
+def plans(points: int) -> tuple[Any, ...]:
+    """Buffers, measured plans of both directions, and the compliance 2/|q| of the unit cell, E* = 1."""
+    field = pyfftw.empty_aligned((points, points), "float64")
+    spectrum = pyfftw.empty_aligned((points, points // 2 + 1), "complex128")
+    there = pyfftw.FFTW(field, spectrum, axes=(0, 1), flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT"))
+    back = pyfftw.FFTW(
+        spectrum,
+        field,
+        axes=(0, 1),
+        direction="FFTW_BACKWARD",
+        flags=("FFTW_MEASURE", "FFTW_DESTROY_INPUT"),
+    )
+    q = (
+        2
+        * np.pi
+        * np.hypot(np.fft.fftfreq(points, 1 / points)[:, None], np.arange(points // 2 + 1))
+    )
+    q[0, 0] = np.inf
+    return field, spectrum, there, back, 2.0 / q / points**2
 
 
 def on_grid(h: np.ndarray, p: np.ndarray, load: float, tolerance: float, most: int) -> np.ndarray:

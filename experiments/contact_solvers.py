@@ -1,11 +1,12 @@
-"""Error of the pressure over CPU time: roughsim, other packages and a loop of one's own on the same rough contacts.
+"""Error of the pressure over CPU time: roughsim, other packages and a solver of one's own on the same rough contacts.
 
     OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python experiments/contact_solvers.py [--sizes N ...] [--evidence]
 
 Four problems (three loads, one of them capped too) on each grid. Each solver goes from its loosest tolerance to the
 tightest, until it fails or a solve takes longer than --longest. The error is that of the whole pressure field, relative
-to the solution of roughsim at 1e-10, to which all converge. The others are those of `pip install 'roughsim[peers]'`;
-"home-made" is benchmarks/rival.py. Costs are CPU seconds of one thread. Solves in FOLDER/solves.json are not repeated.
+to the solution of roughsim at 1e-10, to which all converge. The others are those of `pip install 'roughsim[peers]'
+aspher`, if they are installed; "home-made" is benchmarks/preconditioned.py. Costs are CPU seconds of one thread. Solves
+in FOLDER/solves.json are not repeated.
 """
 
 from __future__ import annotations
@@ -99,19 +100,20 @@ def ratios(found, points, goals=(1e-3, 1e-6)):
 
 
 def of_readme(found, points=512, goal=1e-6):
-    """Return the numbers of README.md at the load 0.1: CPU seconds of roughsim, and times of the others over them."""
+    """Return the numbers of the pages: CPU seconds of roughsim by problem, and times of the others over them."""
     numbers = {}
-    for name, problem in (("elastic", "load 0.1"), ("capped", "load 0.1, capped at 0.6")):
+    names = {"elastic": "load 0.1", "light": "load 0.02", "capped": "load 0.1, capped at 0.6"}
+    for name, problem in names.items():
         own = cheapest(found, "roughsim", problem, points, goal)
         numbers[f"{name}_seconds"] = own
-        for other in ("tamaas", "ContactMechanics"):
+        for other in ("home-made", "aspher", "tamaas", "ContactMechanics"):
             if time := cheapest(found, other, problem, points, goal):
                 numbers[f"{name}_{other}"] = time / own
     return numbers
 
 
 def over_size(found, goal=1e-6):
-    """Return the table of the home-made loop over roughsim, by load and grid."""
+    """Return the table of the home-made solver over roughsim, by load and grid."""
     sizes = sorted({row["points"] for row in found})
     table = [["load σ₀/(E\\*h′)", *(f"{points}²" for points in sizes)]]
     for problem, (_, cap) in PROBLEMS.items():

@@ -11,46 +11,52 @@ from .style import LOOKS, decades, legend_below, new_figure
 
 Row = dict[str, Any]
 GRIDS = "one grid, 2 pixels", "one grid, 4 pixels", "one grid, 8 pixels"
+RUNS = "roughsim", "plain script"
 FORMULAS = "paper's theory", "calibrated law"
 
 
 def chain(runs: list[Row], ways: list[Row], path: Path, source: str = "") -> None:
     """Draw the error of T_flash over CPU time, a panel for each scene; a cross is where more members no longer help.
 
-    `runs` has the total errors that runs state. The error of one grid is its deviation from the reference and the 95 %
-    half-width of its scatter, of formulas the deviation, at the worst speed each.
+    `runs` has the total errors that runs and the plain script state. The error of one grid is its deviation from the
+    reference and the 95 % half-width of its scatter, of formulas the deviation, at the worst speed each.
     """
     scenes = list(dict.fromkeys(row["scene"] for row in ways))
-    height = 1.2 + 1.9 * -(-len(scenes) // 2)
-    with new_figure(path, height, source) as figure:
-        grid = figure.subplots(-(-len(scenes) // 2), 2, sharex=True, sharey=True, squeeze=False)
+    rows = -(-len(scenes) // 2)
+    with new_figure(path, 1.1 + 1.9 * rows, source) as figure:
+        grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
         panels = list(grid.flat)
         for axes, scene in zip(panels, scenes, strict=False):
-            done = sorted(
-                (row for row in runs if row["scene"] == scene and "error" in row),
-                key=lambda row: row["target"],
-            )
-            reached = [
-                (row["seconds"], 100 * np.nanmax(row["error"])) for row in done if row["met"]
-            ]
-            missed = [
-                (row["seconds"], 100 * np.nanmax(row["error"])) for row in done if not row["met"]
-            ]
-            if reached:
-                axes.loglog(*np.transpose(reached), label="roughsim", **LOOKS["roughsim"])
-            if missed:
-                look = {**LOOKS["roughsim"], "ls": "", "mfc": "none"}
-                axes.loglog(*np.transpose(missed), label="roughsim, target out of reach", **look)
             for row in (row for row in ways if row["scene"] == scene):
                 draw_way(axes, row)
+            for way in RUNS:
+                draw_runs(axes, way, [row for row in runs if row["scene"] == scene])
             axes.set_title(scene)
-            decades(axes, x=(1e-4, 3e2), y=(0.1, 500))
+            decades(axes, x=(1e-2, 4e2), y=(0.1, 400))
+            axes.set_aspect("equal")  # a decade is as long on both axes
         for axes in panels[len(scenes) :]:
             axes.set_visible(False)
         for axes in grid[-1]:
             axes.set_xlabel("CPU time (s)")
         figure.supylabel("error of the flash temperature (%)", fontsize=9)
         legend_below(figure, panels, 2)
+
+
+def draw_runs(axes: Any, way: str, runs: list[Row]) -> None:
+    """Draw what runs, or the script, state over their CPU time, in the order of their targets."""
+    done = sorted(
+        (row for row in runs if row.get("way", RUNS[0]) == way and "error" in row),
+        key=lambda row: row["target"],
+    )
+    for met, words, look in (
+        (True, way, LOOKS[way]),
+        (False, f"{way}, target out of reach", {**LOOKS[way], "ls": "", "mfc": "none"}),
+    ):
+        points = [
+            (row["seconds"], 100 * np.nanmax(row["error"])) for row in done if row["met"] == met
+        ]
+        if points:
+            axes.loglog(*np.transpose(points), label=words, **look)
 
 
 def draw_way(axes: Any, row: Row) -> None:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from .style import LOOKS, decades, legend_below, new_figure, plain_sizes
 
-SOLVERS = ("roughsim", "home-made", "tamaas", "ContactMechanics", "NuMPI")
+SOLVERS = ("roughsim", "home-made", "aspher", "tamaas", "ContactMechanics", "NuMPI")
 ONE_BOUND = "one bound only"  # what a solver is not made for is no failure of it
 Row = dict[str, Any]
 

@@ -28,9 +28,11 @@ ORANGE, BLUE, GREEN, PINK, SKY, AMBER, BLACK = (
 LOOKS: dict[str, dict[str, Any]] = {  # of each method, in all figures
     "roughsim": {"color": ORANGE, "marker": "o", "lw": 1.8},
     "home-made": {"color": BLACK, "marker": "v"},
+    "aspher": {"color": AMBER, "marker": "P"},
     "tamaas": {"color": BLUE, "marker": "s"},
     "ContactMechanics": {"color": GREEN, "marker": "^"},
     "NuMPI": {"color": PINK, "marker": "D"},
+    "plain script": {"color": PINK, "marker": "D"},
     "one grid, 2 pixels": {"color": SKY, "marker": "<"},
     "one grid, 4 pixels": {"color": BLUE, "marker": "s"},
     "one grid, 8 pixels": {"color": "#00395A", "marker": ">"},
