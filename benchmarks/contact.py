@@ -130,7 +130,7 @@ def aspher(task: Problem, tolerance: float) -> np.ndarray:
         coarsest=min(64, task.points),
         tol=tolerance,
         backend="periodic",
-        precision="float_then_double",
+        precision="float" if tolerance >= 1e-5 else "float_then_double",
     )
     if found.status != "converged":
         raise RuntimeError(found.status)

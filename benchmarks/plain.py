@@ -22,11 +22,9 @@ import roughsim as rs
 COARSEST, FINEST = 256, 4096  # points per side, of the lowest level and of the largest grid
 SMALL = 256  # points per side at least of a correction in a part of the cell
 TOLERANCE = 3e-3  # of a contact, as in runs
-FIRST, ADDED = (12, 6, 6), 3  # members of the first levels, and at least of an added one
+FIRST, ADDED = (12, 6, 6), 2  # members of the first levels, and at least of an added one
 REST = 0.7  # of the target, which the error of the rest may be
-FALL = (
-    0.5  # of corrections from level to level: the error is of first order in the pixel and 1/q_max
-)
+FALL = 0.5  # of corrections from level to level: of first order in the pixel and 1/q_max
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -91,7 +89,7 @@ def extrapolated(samples: list[list[Array]]) -> tuple[Result, Array]:
     means = np.array([np.mean(values, axis=0) for values in samples])
     rest = means[-1] * FALL / (1.0 - FALL)
     mean = means.sum(axis=0) + rest
-    # by how much the last level has changed the extrapolated value
+    # by how much the last level has changed the extrapolated value, and at least half of the rest
     change = (means[-1] - FALL * means[-2]) / (1.0 - FALL)
     of_rest = np.maximum(np.abs(change), 0.5 * np.abs(rest)) / mean
     variances = np.array([np.var(values, axis=0, ddof=1) for values in samples])

@@ -266,16 +266,17 @@ def test_earlier_versions_are_asked_for_what_their_plan_leaves_of_the_target(scr
 
 
 def test_the_plain_script_continues_corrections_that_halve(script):
-    # 64 K, and changes of −32, −16, −8 K …: the sum is 0 K of which 8 K are beyond the last level
+    # 134 K, and changes of −32, −16, −8 K …: 70 K in the end, −8 K of them beyond the last level
     plain = script("benchmarks/plain.py")
-    levels = [[np.array([value + 70.0 * (k == 0)])] * 3 for k, value in enumerate((64, -32, -16))]
+    levels = [[np.array([value])] * 3 for value in (134.0, -32.0, -16.0)]
     found, variances = plain.extrapolated([*levels, [np.array([-8.0])] * 2])
     assert found.mean == pytest.approx([70.0], rel=1e-12)
     assert found.rest == pytest.approx([0.5 * 8 / 70], rel=1e-12)
     assert found.members == [3, 3, 3, 2]
     np.testing.assert_array_equal(variances, 0.0)
+    # −16 K in place of −8 K: 54 K in place of 70
     slower, _ = plain.extrapolated([*levels, [np.array([-16.0])] * 2])
-    assert slower.rest == pytest.approx([(32.0 - 16.0) / 54.0], rel=1e-12)
+    assert slower.rest == pytest.approx([(70.0 - 54.0) / 54.0], rel=1e-12)
 
 
 def test_the_page_of_the_theory_shows_the_numbers_of_the_paper_as_computed(script):

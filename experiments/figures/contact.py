@@ -93,12 +93,20 @@ def contact_cost(rows: list[Row], path: Path, source: str = "", goal: float = 1e
 
 
 def write_slopes(axes: Axes, slopes: dict[str, tuple[float, float, float]]) -> None:
-    """Write the exponent of each line to the right of its end, the higher ones further up where they would overlap."""
-    lowest = 0.0
+    """Write the exponent of each line to the right of its end, of lines with one end further up where they overlap."""
+    free: dict[float, float] = {}  # the lowest free height beside each end
     for name, (slope, x, y) in sorted(slopes.items(), key=lambda item: item[1][2]):
-        lowest = max(y, 1.6 * lowest)
-        words = {"va": "center", "fontsize": 8, "color": LOOKS[name]["color"]}
-        axes.text(1.12 * x, lowest, f"{slope:.2f}", **words)
+        height = max(y, free.get(x, 0.0))
+        free[x] = 1.6 * height
+        axes.text(
+            1.12 * x,
+            height,
+            f"{slope:.2f}",
+            va="center",
+            fontsize=8,
+            color=LOOKS[name]["color"],
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
+        )
 
 
 def least_times(rows: list[Row], name: str, problem: str, goal: float) -> dict[int, float]:
