@@ -4,7 +4,7 @@ BIN := .venv/bin
 NEWEST ?= 3.14
 BASE ?= $(shell git describe --tags --abbrev=0 2>/dev/null)
 
-.PHONY: setup test lowest newest slow coverage mutants check docs flow bench evidence evidence-check
+.PHONY: setup test lowest newest slow coverage mutants check docs flow bench evidence peers evidence-check
 
 setup: ## an environment with everything, and the hooks
 	$(PYTHON) -m venv .venv
@@ -90,6 +90,16 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/contact_solvers.py --evidence
 	$(MEASURE) experiments/heat_methods.py --evidence
 	$(MEASURE) experiments/where_methods_fail.py --resume --evidence
+	$(BIN)/python docs/evidence.py
+
+SCENES := "yielding 1" demo steel-1.2GPa "yielding 3" "low H" "unlike faces" elastic
+peers: ## cost beside other packages, solvers and scripts, all times new: an idle machine, some hours
+	$(BIN)/pip install -q '.[peers]'
+	rm -rf runs/chain runs/chain_ways runs/contact_solvers runs/over_script
+	$(MEASURE) benchmarks/chain.py plain now=. --times 3 --scenes $(SCENES) --targets 0.03 0.01 -o runs/over_script
+	$(MEASURE) benchmarks/chain.py plain now=. --evidence
+	$(MEASURE) experiments/chain_ways.py --evidence
+	$(MEASURE) experiments/contact_solvers.py --evidence
 	$(BIN)/python docs/evidence.py
 
 evidence-check: ## whether pages and figures are those of docs/evidence, to the printed digit
