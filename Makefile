@@ -82,7 +82,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/coverage.py --materials 571 --evidence
 	$(MEASURE) experiments/cut_ladders.py --evidence
 	$(MEASURE) experiments/pixel_falls.py --evidence
-	$(MEASURE) benchmarks/chain.py plain now=. --evidence
+	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence
 	$(MEASURE) benchmarks/heat.py --points 0 --evidence
 	$(MEASURE) benchmarks/reactions.py --evidence
@@ -96,8 +96,8 @@ SCENES := "yielding 1" demo steel-1.2GPa "yielding 3" "low H" "unlike faces" ela
 peers: ## cost beside other packages, solvers and scripts, all times new: an idle machine, some hours
 	$(BIN)/pip install -q '.[peers]'
 	rm -rf runs/chain runs/chain_ways runs/contact_solvers runs/over_script
-	$(MEASURE) benchmarks/chain.py plain now=. --times 3 --scenes $(SCENES) --targets 0.03 0.01 -o runs/over_script
-	$(MEASURE) benchmarks/chain.py plain now=. --evidence
+	$(MEASURE) benchmarks/chain.py --times 3 --scenes $(SCENES) --targets 0.03 0.01 -o runs/over_script
+	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) experiments/chain_ways.py --evidence
 	$(MEASURE) experiments/contact_solvers.py --evidence
 	$(BIN)/python docs/evidence.py

@@ -4,14 +4,14 @@
         [--scenes NAME ...] [--drawn SEED] [--targets TARGET ...] [--limit SECONDS] [-o FOLDER] [--evidence]
 
 Each copy is a name and a directory; another commit comes from `git worktree add --detach DIRECTORY COMMIT`. "plain" is
-the script of benchmarks/plain.py in this one. A point is plan, run, reading and comparison of a scene by one process,
-or the script, for a total 95 % error of T_flash at its worst speed. The copies take turns, so that others on the
-machine slow them alike; the median of --times counts. At the end each copy before the last is compared with the last.
-Scenes are the three steels, the demo, the four others with a deep reference (experiments/reference/make_deep.py), and
-the ten of drawn.py, or of another seed of it, which needs another FOLDER. With --evidence the drawn ones are left out,
-and the last copy and the script make docs/evidence/chain.json. Each process is warm: other contacts go ahead,
-uncounted. FOLDER holds chain.json, whose points are not measured again, and chain.png. A point that takes more than the
-limit is ended, and its time is a lower bound.
+the script of benchmarks/plain.py in this one, and the default is "plain now=.". A point is plan, run, reading and
+comparison of a scene by one process, or the script, for a total 95 % error of T_flash at its worst speed. The copies
+take turns, so that others on the machine slow them alike; the median of --times counts. At the end each copy before the
+last is compared with the last. Scenes are the three steels, the demo, the four others with a deep reference
+(experiments/reference/make_deep.py), and the ten of drawn.py, or of another seed of it, which needs another FOLDER.
+With --evidence the drawn ones are left out, and the last copy and the script make docs/evidence/chain.json. Each
+process is warm: other contacts go ahead, uncounted. FOLDER holds chain.json, whose points are not measured again, and
+chain.png. A point that takes more than the limit is ended, and its time is a lower bound.
 """
 
 from __future__ import annotations
@@ -50,6 +50,7 @@ BUNDLED = "demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"
 TARGETS = 0.03, 0.02, 0.01, 0.005, 0.0035
 NAME = "flash_temperature"
 SCRIPT = "plain"  # the copy that is a script
+DEFAULT = SCRIPT, "now=."
 ENOUGH = 100_000  # realizations: none of these runs ends for their number
 CostPoint = dict[str, Any]
 Points = dict[str, dict[str, dict[str, CostPoint]]]  # by copy, scene and target
@@ -300,7 +301,7 @@ def evidence(points: Points, last: str) -> None:
         over = [own["seconds"] / other["seconds"] for own, other in pairs if "error" in own]
         if over:
             numbers[f"over_script_{target}"] = median(over)
-    command = f"python benchmarks/chain.py {SCRIPT} now=. --evidence"
+    command = "python benchmarks/chain.py --evidence"
     write_evidence("chain", command, rows=rows, tables={"seconds": cells}, numbers=numbers)
 
 
@@ -345,7 +346,7 @@ def main() -> None:
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    options.add_argument("copies", nargs="*", default=["now=."], metavar="NAME=DIRECTORY")
+    options.add_argument("copies", nargs="*", metavar="NAME=DIRECTORY")
     options.add_argument("--scenes", nargs="+", help="names; all if left out")
     options.add_argument("--times", type=int, default=1, help="times of each point")
     options.add_argument("--drawn", type=int, default=SEED, help="seed of the drawn scenes")
@@ -360,7 +361,7 @@ def main() -> None:
         return
     trees = {
         name: Path(path or HERE).resolve()
-        for name, _, path in (copy.partition("=") for copy in given.copies)
+        for name, _, path in (copy.partition("=") for copy in given.copies or DEFAULT)
     }
     given.output.mkdir(parents=True, exist_ok=True)
     kept = given.output / "chain.json"
