@@ -126,11 +126,14 @@ def test_levels_in_half_the_cell_have_the_same_bits_after_a_kill_in_the_middle(
         assert any(one.poll() is None for one in array), array[0].communicate()[1]
         time.sleep(0.01)
     # one that computes a member now
-    claims = []
-    for path in (folder / "claims").glob("L*"):
-        with suppress(FileNotFoundError):  # its member has been stored meanwhile
-            claims.append(path.read_text())
-    victim = next(one for one in array if any(f"-{one.pid}-" in claim for claim in claims))
+    at_work = []
+    while not at_work and any(one.poll() is None for one in array):
+        claims = []
+        for path in (folder / "claims").glob("L*"):
+            with suppress(FileNotFoundError):  # its member has been stored meanwhile
+                claims.append(path.read_text())
+        at_work = [one for one in array if any(f"-{one.pid}-" in claim for claim in claims)]
+    victim = at_work[0]
     victim.kill()
     victim.communicate()
     before = stored()
