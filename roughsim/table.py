@@ -138,7 +138,8 @@ class Estimate:
     @property
     def unknown(self) -> tuple[str, ...]:
         """The unknown parts of `budget` at any entry, by `unknown_at`; `total_error` excludes them."""
-        missing = {name: np.isnan(part) & self._with_error for name, part in self.budget.items()}
+        expected = self._with_error
+        missing = {name: np.isnan(part) & expected for name, part in self.budget.items()}
         return tuple(name for name, places in missing.items() if places.any())
 
     @property
