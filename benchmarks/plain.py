@@ -24,7 +24,7 @@ SMALL = 256  # points per side at least of a correction in a part of the cell
 TOLERANCE = 3e-3  # of a contact, as in runs
 FIRST, ADDED = (12, 6, 6), 2  # members of the first levels, and at least of an added one
 REST = 0.7  # of the target, which the error of the rest may be
-FALL = 0.5  # of corrections from level to level: of first order in the pixel and 1/q_max
+FALL = 0.5  # of corrections from level to level, of first order in 1/q_max
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -83,19 +83,31 @@ def member(scene: rs.Scene, length: float, parts: int, level: int, seed: list[in
     return correction(scene, length / part, points // part, seed)
 
 
-def extrapolated(samples: list[list[Array]]) -> tuple[Result, Array]:
-    """Return the mean of all levels with the rest beyond them, and the variance of a member of each level in it, K²."""
+def fall_above(scene: rs.Scene, length: float, level: int) -> float:
+    """Return the factor by which corrections fall above a level: smaller if it holds all of C(q)."""
+    highest = np.pi * (COARSEST << level) / length
+    return FALL if highest < scene.spectrum.breaks[-1] else FALL**2
+
+
+def extrapolated(samples: list[list[Array]], falls: list[float]) -> tuple[Result, Array]:
+    """Return the mean of all levels with the rest beyond them, and the variance of a member of each level in it, K².
+
+    `falls` are the factors by which corrections fall above each level.
+    """
     counts = np.array([[len(values)] for values in samples])
     means = np.array([np.mean(values, axis=0) for values in samples])
-    rest = means[-1] * FALL / (1.0 - FALL)
+    before, rest = (
+        correction * fall / (1.0 - fall)
+        for correction, fall in zip(means[-2:], falls[-2:], strict=True)
+    )
     mean = means.sum(axis=0) + rest
     # by how much the last level has changed the extrapolated value, and at least half of the rest
-    change = (means[-1] - FALL * means[-2]) / (1.0 - FALL)
+    change = means[-1] + rest - before
     of_rest = np.maximum(np.abs(change), 0.5 * np.abs(rest)) / mean
     variances = np.array([np.var(values, axis=0, ddof=1) for values in samples])
     for level in range(2, len(samples)):  # few members may show too little
         variances[level] = np.maximum(variances[level], 0.5 * FALL**2 * variances[level - 1])
-    variances[-1] /= (1.0 - FALL) ** 2  # it carries the rest, too
+    variances[-1] /= (1.0 - falls[-1]) ** 2  # it carries the rest, too
     statistical = 1.96 * np.sqrt((variances / counts).sum(axis=0)) / mean
     return Result(mean, statistical, of_rest, counts.ravel().tolist()), variances
 
@@ -112,7 +124,8 @@ def plain(scene: rs.Scene, target: float, seed: int = 1) -> Result:
             for number in range(len(samples[level]), count):
                 samples[level].append(member(scene, length, parts, level, [seed, level, number]))
             seconds[level] += time.process_time() - begun
-        result, variances = extrapolated(samples)
+        falls = [fall_above(scene, length, level) for level in range(len(samples))]
+        result, variances = extrapolated(samples, falls)
         more = result.rest.max() > REST * target
         too_fine = (COARSEST << len(samples)) > parts * FINEST
         if result.error.max() <= target or (more and too_fine):

@@ -269,14 +269,17 @@ def test_the_plain_script_continues_corrections_that_halve(script):
     # 134 K, and changes of −32, −16, −8 K …: 70 K in the end, −8 K of them beyond the last level
     plain = script("benchmarks/plain.py")
     levels = [[np.array([value])] * 3 for value in (134.0, -32.0, -16.0)]
-    found, variances = plain.extrapolated([*levels, [np.array([-8.0])] * 2])
+    found, variances = plain.extrapolated([*levels, [np.array([-8.0])] * 2], [0.5] * 4)
     assert found.mean == pytest.approx([70.0], rel=1e-12)
     assert found.rest == pytest.approx([0.5 * 8 / 70], rel=1e-12)
     assert found.members == [3, 3, 3, 2]
     np.testing.assert_array_equal(variances, 0.0)
     # −16 K in place of −8 K: 54 K in place of 70
-    slower, _ = plain.extrapolated([*levels, [np.array([-16.0])] * 2])
+    slower, _ = plain.extrapolated([*levels, [np.array([-16.0])] * 2], [0.5] * 4)
     assert slower.rest == pytest.approx([(70.0 - 54.0) / 54.0], rel=1e-12)
+    # a third of the last change follows where only the pixel is left
+    whole, _ = plain.extrapolated([*levels, [np.array([-9.0])] * 2], [0.5, 0.5, 0.5, 0.25])
+    assert whole.mean == pytest.approx([134.0 - 32.0 - 16.0 - 9.0 - 3.0], rel=1e-12)
 
 
 def test_the_page_of_the_theory_shows_the_numbers_of_the_paper_as_computed(script):
