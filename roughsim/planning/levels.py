@@ -9,7 +9,7 @@ target needs. Those that do not fit into memory are left out, but for the lowest
 """
 
 from functools import partial
-from math import ceil, hypot, log2, pi, prod, sqrt
+from math import ceil, floor, hypot, log2, pi, prod, sqrt
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -122,37 +122,41 @@ def elastic_error(scene: Scene, lengths: Lengths, parts: int) -> float:
 
 def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[PlannedLevel]:
     """Return the levels of a scene in a cell of these sides, m, for a relative error, the smoothed column first."""
-    end = scene.spectrum.breaks[-1]
+    band = scene.spectrum.breaks[0], scene.spectrum.breaks[-1]
+    end = band[1]
     base = BASE_SIDE * min(TARGET["flash_temperature"] / target, 1.0) ** _BASE_POWER
     if scene.elastic:
         parts = first_within(
             sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)}
         )
-        return _cut_offs_up_to(_Grids("elastic", lengths, parts, SIDE, base), end, end)
+        return _cut_offs_up_to(_Grids("elastic", lengths, parts, SIDE, base), end, band)
     q_yield = prediction.yield_wavenumber(scene)
     smoothed = _Grids("smoothed", lengths, 1, SIDE // 2, base)
     if q_yield > smoothed.highest:  # contact at the cut-offs of all grids is next to elastic
         return [
-            *_cut_offs_up_to(smoothed, end, end),
-            *_cut_offs_up_to(smoothed._replace(column="capped"), end, end),
+            *_cut_offs_up_to(smoothed, end, band),
+            *_cut_offs_up_to(smoothed._replace(column="capped"), end, band),
         ]
     smoothed = smoothed._replace(parts=parts_of(scene, lengths, target, "smoothed"))
     capped = _Grids("capped", lengths, parts_of(scene, lengths, target), SIDE, base)
     return [
-        *_cut_offs_up_to(smoothed, min(_SMOOTHED_TOP * q_yield, end), end, q_yield),
-        *_cut_offs_up_to(capped, end, end, q_yield),
+        *_cut_offs_up_to(smoothed, min(_SMOOTHED_TOP * q_yield, end), band, q_yield),
+        *_cut_offs_up_to(capped, end, band, q_yield),
     ]
 
 
 def _cut_offs_up_to(
-    grids: _Grids, end: float, q_max: float, q_yield: float = 0.0
+    grids: _Grids, end: float, band: tuple[float, float], q_yield: float = 0.0
 ) -> list[PlannedLevel]:
     """Return the levels of a column up to the end of its spectrum, each with its refined.
 
-    Cut-offs are in rad/m. `q_max` is the end of C(q), `q_yield` is q_y for a scene with a hardness.
+    Cut-offs are in rad/m. `band` has both ends of C(q), `q_yield` is q_y for a scene with a hardness. The lowest level
+    holds an octave of C(q), if there is one: in a cell of very many waves it has more points.
     """
+    q_min, q_max = band
     top = min(end, grids.highest)
-    doublings = max(round(log2(grids.points(top) / grids.base)), 0)
+    doublings = min(round(log2(grids.points(top) / grids.base)), floor(log2(top / q_min)) - 1)
+    doublings = max(doublings, ceil(log2(grids.points(top) / grids.side)), 0)
     cuts = [top / 2 ** (doublings - k) for k in range(doublings + 1)]
     planned = []
     for k, cut in enumerate(cuts):
@@ -170,9 +174,12 @@ def _cut_offs_up_to(
             why += f"; the largest grid of a plan, C(q) goes on to {q_max:.3g} rad/m"
         planned.append(PlannedLevel(level, why))
         finer = (2, 4) if cut == end else (2,)
-        refined = [grids.level(cut, pixels=times * PIXELS) for times in finer]
         why = "half the pixel of the level before: the change by the pixel"
-        planned += (PlannedLevel(finer_one, why) for finer_one in refined if finer_one is not None)
+        for times in finer:
+            refined = grids.level(cut, pixels=times * PIXELS)
+            # the smallest grids may have more points than they need, and a refined one then no more
+            if refined is not None and refined.resolved > planned[-1].level.resolved:
+                planned.append(PlannedLevel(refined, why))
     return _that_fit(planned)
 
 

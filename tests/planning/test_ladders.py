@@ -120,6 +120,30 @@ def test_the_lowest_grid_follows_the_target(name):
     assert sides[1:] == sorted(sides[1:], reverse=True)
 
 
+@pytest.mark.parametrize("hardness", [None, 5e8, 2e9])
+@pytest.mark.parametrize("target", [0.9, 0.1, 0.03, 0.01])
+@pytest.mark.parametrize("waves", [(64, 64), (128, 32), (2, 300)])
+def test_the_lowest_level_has_waves_in_a_cell_of_very_many(waves, target, hardness):
+    changes = {
+        "body.penetration_hardness": hardness,
+        "numerics.lengths": [n * WAVE for n in waves],
+        "ensemble.until.flash_temperature": target,
+    }
+    numerics = rs.plan(rs.load_scene("demo", changes))
+    assert min(level.q_max for level in numerics.levels) >= 2 * 6350
+
+
+@pytest.mark.parametrize("band", [1.05, 1.2, 1.5, 2.0])
+def test_each_refined_level_of_a_narrow_spectrum_has_more_points(band, monkeypatch, cell):
+    cell.parts = 4
+    narrow = {"q_max": band * 6350, "q_roll_off": None, "roll_off_exponent": None}
+    demo = rs.load_scene("demo", {f"surface.{key}": value for key, value in narrow.items()})
+    numerics = planned(demo)
+    for column in numerics.columns:
+        points = [numerics.levels[i].resolved for i in numerics.of_column(column)]
+        assert points == sorted({*points})
+
+
 def test_contact_that_yields_far_up_begins_on_a_cheap_grid(monkeypatch):
     # 4 q_y would have 4096 points per side: too many for a lowest level
     q_yield = 1024 * 2 * pi / (3 * CELL[0])
