@@ -34,8 +34,9 @@ Lengths = tuple[float, float]  # of the cell, m
 PIXELS = 3
 SIDE = 4096  # points per side of the largest grid
 # points per side of the lowest level, within a factor of √2, for a target of 1 % or less, and the power of a looser one
-# with which they fall: of 128 to 724 points these took least time, or next to least, on fourteen scenes
-BASE_SIDE, _BASE_POWER = 384, 1 / 3
+# with which they fall: of 128 to 724 points these took least time, or next to least, on fourteen scenes. 64 took 1.4
+# to 1.7 times as long on three
+BASE_SIDE, _BASE_POWER, _LEAST_BASE = 384, 1 / 3, 128
 # bandwidth error over the change beyond the highest cut-off by theory: .26 to .46 in eight runs of five elastic scenes
 _LEFT = 0.3
 _SMOOTHED_TOP = 1.5  # q_y: the end of C_sm
@@ -125,6 +126,7 @@ def levels_of(scene: Scene, lengths: Lengths, target: float) -> list[PlannedLeve
     band = scene.spectrum.breaks[0], scene.spectrum.breaks[-1]
     end = band[1]
     base = BASE_SIDE * min(TARGET["flash_temperature"] / target, 1.0) ** _BASE_POWER
+    base = max(base, _LEAST_BASE)
     if scene.elastic:
         parts = first_within(
             sqrt(SYSTEMATIC) * target, {n: elastic_error(scene, lengths, n) for n in (4, 2, 1)}

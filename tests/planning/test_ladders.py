@@ -110,12 +110,12 @@ def test_where_a_grid_holds_all_of_C_the_cut_offs_double_exactly_to_its_end(monk
 
 @pytest.mark.parametrize("name", ["demo", "steel-1.2GPa", "granite"])
 def test_the_lowest_grid_follows_the_target(name):
-    targets = 0.003, 0.01, 0.02, 0.03, 0.05, 0.1
+    targets = 0.003, 0.01, 0.02, 0.03, 0.05, 0.1, 0.9
     elastic = {"body.penetration_hardness": None} if name == "granite" else {}
     plans = [rs.plan(rs.load_scene(name, elastic), target) for target in targets]
     sides = [plan.levels[plan.of_column(plan.columns[-1])[0]].shape[0] for plan in plans]
     for target, side in zip(targets, sides, strict=True):
-        middle = 384 * min(0.01 / target, 1) ** (1 / 3)
+        middle = max(384 * min(0.01 / target, 1) ** (1 / 3), 128)
         assert middle / 2**0.5 * 0.98 <= side <= middle * 2**0.5 * 4 / 3
     assert sides[1:] == sorted(sides[1:], reverse=True)
 
