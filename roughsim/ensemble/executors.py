@@ -31,6 +31,7 @@ _WORTH_PROCESSES = 3.0
 _LONGEST = 2.0
 # processes above which this one computes none beside others: it takes members that they return, .3 ms each
 _FEW = 8
+_STARTING = threading.Lock()  # runs in several threads: each knows its own processes
 SUITABLE = "give a concurrent.futures.Executor; that of a client of dask is client.get_executor(pure=False)"
 
 
@@ -178,13 +179,15 @@ class Workers:
         note_compilation()  # here, as one line: all workers compile the same kernels
         context = get_context("spawn")  # a fork after threaded transforms hangs
         receiver, self._lifeline = context.Pipe(duplex=False)
-        size, before = self._pool_size, {*active_children()}
-        self._pool = ProcessPoolExecutor(
-            size, context, _begin_worker, (receiver, notes_are_shown())
-        )
-        # a call without members imports what they need
-        self._starting = [self._pool.submit(computed_members, {}, []) for _ in range(size)]
-        self._processes = {*active_children()} - before
+        size = self._pool_size
+        with _STARTING:
+            before = {*active_children()}
+            self._pool = ProcessPoolExecutor(
+                size, context, _begin_worker, (receiver, notes_are_shown())
+            )
+            # a call without members imports what they need
+            self._starting = [self._pool.submit(computed_members, {}, []) for _ in range(size)]
+            self._processes = {*active_children()} - before
         return self._pool
 
     def replace_broken(self, error: Exception) -> None:
@@ -235,8 +238,11 @@ class Workers:
                 signal.signal(number, handler)
 
     def _close(self) -> None:
-        """End the pool after the calls in progress."""
+        """End the pool after the calls in progress; workers that still start have none, and end at once."""
         if self._pool is not None and self._lifeline is not None:
+            if not all(call.done() for call in self._starting):
+                for process in self._processes:
+                    process.terminate()
             self._pool.shutdown(wait=True, cancel_futures=True)
             self._lifeline.close()
             self._pool, self._starting = None, []

@@ -154,6 +154,14 @@ def test_an_error_ends_a_busy_worker_at_once():
     assert multiprocessing.active_children() == others
 
 
+def test_workers_that_still_start_end_at_once():
+    others = {*multiprocessing.active_children()}
+    with Workers(3) as workers:
+        workers.executor()
+        starting = {*multiprocessing.active_children()} - others
+    assert {process.exitcode for process in starting} == {-signal.SIGTERM}
+
+
 def pool_of(workers):
     """Two processes beside this one, as for long members."""
     workers.fit(1.0, "largest grid", 1, seconds=inf)
