@@ -21,8 +21,8 @@ from roughsim.scene import Scene
 # relative error × number of asperities, by the same experiment: times A if few asperities carry load, and if all do
 _FEW_ASPERITIES, _ALL_ASPERITIES = 0.03, 0.2
 _ELASTIC = 0.4  # of A: elastic contact errs as if on fewer asperities, by the same experiment
-# of a target error, for the squared error of T_flash of capped contact in a part of the cell. Corrections err by it,
-# which is neglected, and scatter so much in small cells that the uncertainty of the last step adds levels
+# of a target error, for the squared error of T_flash of capped contact in a part of the cell, by which corrections err.
+# In small cells they scatter so much that the uncertainty of the last step adds levels
 _PART_SHARE = 0.25
 # of a squared target error, for the size of the cell: it always lowers T_flash, so a larger share costs coverage; of 35
 # scenes with .2, six took 1.2 to 3.4 times as long, and one 0.6 times
@@ -100,15 +100,17 @@ def size_error(
     """Return the relative error by the finite cell of a mean, with corrections from a cell of 1/`parts` of the sides.
 
     The shorter of the sides, m, counts. Default column: capped or elastic. Elastic corrections erred by a third of the
-    error of T_flash in their cell: half is charged. NaN for the first zero of g_σ: it jumped by 40 % in a steel whose
-    g_σ only touches zero.
+    error e of T_flash in their cell: half is charged; capped ones err by e². NaN for the first zero of g_σ: it jumped
+    by 40 % in a steel whose g_σ only touches zero.
     """
     if observable == "correlation_radius_0":
         return nan
     asperities = min(lengths) ** -2 * _effective_asperity(scene, min(lengths), column)
-    if parts == 1 or not _is_elastic(scene, column):
+    if parts == 1:
         return _relative(asperities)
-    return hypot(_relative(asperities), 0.5 * _relative(parts**2 * asperities))
+    of_part = _relative(parts**2 * asperities)
+    charged = 0.5 * of_part if _is_elastic(scene, column) else of_part**2
+    return hypot(_relative(asperities), charged)
 
 
 def _effective_asperity(scene: Scene, side: float, column: str = "") -> float:
