@@ -179,7 +179,8 @@ def in_process(
     command += ["--targets", str(target), "--limit", str(limit)]
     environment = os.environ | {"PYTHONPATH": str(tree)}
     done = subprocess.run(command, check=False, env=environment, capture_output=True, text=True)
-    if done.returncode == -signal.SIGXCPU:
+    # a run takes the signal as an interrupt
+    if done.returncode == -signal.SIGXCPU or done.stderr.rstrip().endswith("KeyboardInterrupt"):
         return {"seconds": limit, "failure": "takes longer"}
     if done.returncode:
         return {
