@@ -34,7 +34,7 @@ Lengths = tuple[float, float]  # of the cell, m
 PIXELS = 3
 SIDE = 4096  # points per side of the largest grid
 # points per side of the lowest level, within a factor of √2, for a target of 1 % or less, and the power of a looser one
-# with which they fall: of 128 to 724 points these took least time, or next to least, on fourteen scenes. 64 took 1.4
+# with which they fall: of 128 to 724 points these took least time, or next to least, on ten scenes. 64 took 1.4
 # to 1.7 times as long on three
 BASE_SIDE, _BASE_POWER, _LEAST_BASE = 384, 1 / 3, 128
 # bandwidth error over the change beyond the highest cut-off by theory: .26 to .46 in eight runs of five elastic scenes
