@@ -1,8 +1,10 @@
 """Contact area in theory, its yielded share, and the wavenumber at which the contact has yielded."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from math import inf
+from types import MappingProxyType
 
 import theory
 from roughsim.prediction.bodies import load_arguments, pressure_arguments
@@ -12,20 +14,21 @@ _NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness cha
 
 
 @lru_cache(maxsize=256)  # 3 ms for each observable at each level of a comparison
-def area_fractions(scene: Scene, q_max: float = inf) -> dict[str, float]:
+def area_fractions(scene: Scene, q_max: float = inf) -> Mapping[str, float]:
     """Return the contact and the plastic fraction of the area with all roughness, or with waves up to q_max, rad/m."""
     spectrum, load = scene.spectrum, load_arguments(scene)
     end = min(q_max, float(spectrum.breaks[-1]))
     if scene.elastic:
         share = theory.persson.contact_probability(end, spectrum, **load)
-        return {"contact_fraction": float(share), "plastic_fraction": 0.0}
+        return MappingProxyType({"contact_fraction": float(share), "plastic_fraction": 0.0})
     variance = theory.persson.half_variance(
         end, spectrum, effective_modulus=scene.effective_modulus
     )
     _, elastic, plastic = theory.plasticity.area_fractions(
         variance, scene.sliding.nominal_pressure, scene.penetration_hardness
     )
-    return {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
+    areas = {"contact_fraction": float(elastic + plastic), "plastic_fraction": float(plastic)}
+    return MappingProxyType(areas)  # it is remembered: nobody may write into it
 
 
 def yielded_share(scene: Scene, q_max: float = inf) -> float:

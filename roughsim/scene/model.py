@@ -114,7 +114,7 @@ class Scene(Record):
             return faces[0]
         return faces[0].scaled(2.0) if faces[0] is faces[1] else faces[0] + faces[1]
 
-    @cached_property
+    @cached_property  # asked for with each spectrum, and by two faces that slide
     def faces(self) -> tuple[Face, ...]:
         """C(q) of each rough face, m⁴: one or two."""
         face, other = _face_spectrum(self.surface), self.counterface

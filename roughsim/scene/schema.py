@@ -57,6 +57,7 @@ USUAL = {
 }
 _Made = TypeVar("_Made")
 SECTIONS: dict[str, type["Record"]] = {}  # by their names in a scene file; "" is the scene itself
+# not functools.cache: mypy takes no class for hashable whose instances are
 _KEY_TYPES: dict[type["Record"], dict[str, Any]] = {}
 
 
