@@ -21,7 +21,7 @@ import roughsim as rs
 from roughsim.pipeline import Problem, solve_problem
 from roughsim.planning.realization import level_problem
 
-SCENES = ("demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa", "rubber", "granite")
+SCENES = ("demo", "steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa", "granite")
 TITLES = ("T_flash, slowest", "T_flash, fastest", "g(0)", "area")
 SEED, OF_STEP = 77, 12
 

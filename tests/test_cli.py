@@ -284,7 +284,6 @@ def test_an_interrupt_says_that_nothing_is_lost(capsys, tmp_path, monkeypatch):
         ("roughsim plan st", ["steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa"]),
         ("roughsim run g", ["granite"]),
         ("roughsim new b", ["blank"]),
-        ("roughsim new r", ["rubber"]),
         ("roughsim plan runs/mine", []),  # the shell itself then completes the path
         ("roughsim doct", ["doctor"]),
     ],

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from soft_scene import RUBBER
 
 import roughsim as rs
 from roughsim import prediction
@@ -73,7 +74,7 @@ def test_steel_is_followed_from_512_points_to_the_largest_grid_in_half_the_cell(
     assert all(numerics.refined(i) is not None for i in numerics.coarse_levels("smoothed"))
 
 
-@pytest.mark.parametrize("name", ["demo", "steel-2.0GPa", "granite", "rubber"])
+@pytest.mark.parametrize("name", ["demo", "steel-2.0GPa", "granite", RUBBER])
 def test_levels_have_3_pixels_per_shortest_wave_and_partners_6_or_12_on_fast_grids(name):
     scene = rs.load_scene(name)
     numerics = rs.plan(scene)
@@ -259,7 +260,7 @@ def test_fast_sizes_are_just_large_enough(points):
 
 
 def test_a_slide_has_256_points_but_4_q_y_where_contact_yields():
-    rubber = rs.load_scene("rubber")
+    rubber = rs.load_scene(RUBBER)
     level = slide_level(rubber, planned(rubber, rs.plan(rubber).lengths))
     assert (level.column, level.shape, level.first) == ("sliding", (256, 256), 8)
     assert level.q_max == pytest.approx(256 * 2 * pi / (4 * rs.plan(rubber).lengths[0]))
@@ -281,13 +282,13 @@ def test_a_slide_has_256_points_but_4_q_y_where_contact_yields():
 
 @pytest.mark.parametrize("sides", [(CELL[0], CELL[0] / 2), (CELL[0] / 2, CELL[0])])
 def test_a_slide_has_square_pixels_in_an_oblong_cell(sides):
-    rubber = rs.load_scene("rubber")
+    rubber = rs.load_scene(RUBBER)
     assert sorted(slide_level(rubber, planned(rubber, sides)).shape) == [128, 256]
 
 
 @pytest.mark.parametrize(
     ("name", "gigabytes"),
-    [("steel-2.0GPa", 0.05), ("steel-2.0GPa", 2.0), ("granite", 0.2), ("rubber", 0.2)],
+    [("steel-2.0GPa", 0.05), ("steel-2.0GPa", 2.0), ("granite", 0.2), (RUBBER, 0.2)],
 )
 def test_a_plan_has_the_levels_that_fit_into_memory_of_those_on_a_large_machine(
     name, gigabytes, memory

@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
+from soft_scene import RUBBER
 
 import roughsim as rs
 from roughsim import prediction
@@ -94,7 +95,7 @@ def test_a_growth_that_does_not_fit_is_refused(changes, words):
 
 def test_a_hardness_that_is_never_reached_is_left_out_with_its_growth():
     scene = rs.load_scene(
-        "rubber", {"body.penetration_hardness": "90 GPa", "sliding.junction_growth": 9}
+        RUBBER, {"body.penetration_hardness": "90 GPa", "sliding.junction_growth": 9}
     )
     assert prediction.computed(scene).elastic
 

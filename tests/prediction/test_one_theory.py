@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from soft_scene import RUBBER
 
 import roughsim as rs
 from roughsim import prediction
@@ -68,7 +69,9 @@ TOYS = {
 
 
 def scene_of(name):
-    return parse_scene(TWO_FACES) if name == "two faces" else rs.load_scene(name)
+    if name == "two faces":
+        return parse_scene(TWO_FACES)
+    return rs.load_scene(RUBBER if name == "rubber" else name)
 
 
 @pytest.fixture(

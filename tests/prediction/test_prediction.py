@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.special import erf
+from soft_scene import RUBBER
 
 import roughsim as rs
 from roughsim import prediction
@@ -342,7 +343,7 @@ def test_a_spectrum_with_a_gap_follows_no_power():
 
 
 def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yielded_falls():
-    rock, rubber, steel = (rs.load_scene(name) for name in ("granite", "rubber", "steel-1.2GPa"))
+    rock, rubber, steel = (rs.load_scene(name) for name in ("granite", RUBBER, "steel-1.2GPa"))
     assert prediction.follows_theory(rubber, "elastic", (3e4,)) is True
     assert prediction.follows_theory(rock, "smoothed", (4e5,)) is True
     assert (

@@ -4,6 +4,7 @@ import tomllib
 from contextlib import chdir
 
 import pytest
+from soft_scene import RUBBER
 
 import roughsim as rs
 from roughsim.scene import scene_text
@@ -20,7 +21,7 @@ def test_a_changed_scene_is_that_of_the_changed_file():
     assert rs.load_scene("steel-1.2GPa", {"sliding.nominal_pressure": 5e6}) == expected
 
 
-@pytest.mark.parametrize("name", ["steel-1.2GPa", "rubber", "granite", "demo"])
+@pytest.mark.parametrize("name", ["steel-1.2GPa", RUBBER, "granite", "demo"])
 def test_a_change_keeps_everything_else_to_the_last_bit(name):
     scene = rs.load_scene(name)
     assert scene.with_("title", "other").with_("title", scene.title) == scene

@@ -7,6 +7,7 @@ import warnings
 
 import pytest
 from scene_keys import KEYS
+from soft_scene import RUBBER
 
 from roughsim import cli
 from roughsim.comparison.tables import theory_dict
@@ -104,7 +105,7 @@ def test_what_arithmetic_gives_up_names_the_command(capsys, theory_table):
 
 def test_a_cut_scene_at_rest_is_planned():
     planning = importlib.import_module("roughsim.planning.plan")
-    numerics = planning.plan(parse_scene(with_number(scene_text("rubber"), "speed", "0")))
+    numerics = planning.plan(parse_scene(with_number(RUBBER.read_text(), "speed", "0")))
     assert numerics.levels
 
 
