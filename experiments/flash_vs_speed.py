@@ -17,6 +17,7 @@ import roughsim as rs
 
 SCENES = ("steel-0.5GPa", "steel-1.2GPa", "steel-2.0GPa")
 SPEED = 35.0
+EVEN = 0.5  # the share by symmetry, of two equally rough faces of one material
 
 
 def toy(scene: rs.Scene) -> rs.Scene:
@@ -37,6 +38,8 @@ HEADS = [
     "theory, γ = 0.294",
     "smoothed: elastic contact on C_sm",
     "capped: p ≤ σ_P",
+    "theory, share 1/2",
+    "capped, share 1/2",
     "smoothed/theory",
     "capped/smoothed",
 ]
@@ -68,7 +71,9 @@ def main() -> None:
             f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}"
         )
         hardness = name.removeprefix("steel-").replace("GPa", " GPa")
-        table.append([hardness, f"{row.theory:.1f}", *cells, *ratios])
+        part = EVEN / scene.sliding.heat_partition  # the temperatures are in proportion to it
+        even = [f"{part * row.theory:.1f}", str(row.columns["capped"].times(part).number())]
+        table.append([hardness, f"{row.theory:.1f}", *cells, *even, *ratios])
         numbers[f"{name}_theory"] = row.theory
         numbers |= {f"{name}_{column}": float(cell.mean) for column, cell in row.columns.items()}
     if options.evidence:

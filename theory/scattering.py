@@ -6,9 +6,12 @@ with the coarser waves, so that the wave makes pressure at its own q and at |q +
     coherent     C ⟨κ⟩² [1 + 2 Σ_K N (ρ − 1)],   ρ = mean over angles of [g(|q + K|)/g(q)]^ANSWER
     sidebands    2πqC dq ⟨κ⟩² N(q, K) at Q = |q + K|, times [g(Q)/g(q)]^(2 ANSWER),   uniform in angle
 
-⟨κ⟩² N(q, K) is the variance of κ(q) at the wavenumber K. Shell k makes the part V(q, k) of it, and the waves of that
-part are modulated by coarser ones as the pressure of k is: some lie at k, some at |k + k′|, and so on. The half-space
-behind a mean interface responds with g(Q) = 1/(⟨c⟩ + 2/E*Q), ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. docs/yielding.md derives it.
+⟨κ⟩² N(q, K) is the variance of κ(q) at the wavenumber K. Shell k makes the part V(q, k) of it: the mean of κ(q), given
+the pressure at k, is a martingale, and obeys the adjoint of the forward equation. The waves of that part are modulated
+by coarser ones as the pressure of k is: a share V(q, k)/⟨κ²⟩ of the pressure of q has a wave k added to it, a share of
+this a further wave k′, as vector sums with random directions. The half-space behind a mean interface responds with
+g(Q) = 1/(⟨c⟩ + 2/E*Q), ⟨c⟩ = ⟨κ⟩/⟨κ²⟩ − 2/E*q. Where 2 Σ_K N (ρ − 1) is negative, 1/(1 + |sum|) stands for the bracket.
+Both parts are scaled so that without the responses g they add up to the growth ⟨κ²⟩ dv.
 """
 
 from math import pi

@@ -1,11 +1,16 @@
 """The stress spectrum of rough contact, from elastic to fully yielded, with four fitted constants.
 
 The waves put their pressure at their own wavenumber and beside it, `theory.scattering`. Beyond the sums of two waves,
-from ONSET q_max on, the edges of the contacts make a tail: q⁻³ of a step up to the width of its rim, q⁻⁴ beyond. It has
-the share EDGE of the sidebands above q_max. It also has the difference to M₁ = σ₀σ_P − σ₀², the variance of contact
-which has all yielded, times 1 − exp(−D/(RIM σ_P²)), with D the variance of full contact. The fourth
-constant is the ANSWER of the half-space. Elastic contact is the limit σ_P → ∞: there the tail is q⁻⁴, and nothing is
-missing. docs/yielding.md derives all of it.
+from ONSET q_max on, the edges of the contacts make a tail,
+
+    (q_max/q)³ / [1 + (ONSET q_max/q)⁸] / [1 + (q/q_max)(σ_P/E*h′)²].
+
+A step of the pressure makes q⁻³. Elastic pressure near an edge rises as E*h′√(s/a), with the distance s, the spot size
+a ~ 1/q_max and the slope h′, which makes q⁻⁴; in yielding contact that is the rim of a step, a (σ_P/E*h′)² wide. The
+tail has the share EDGE of the sidebands above q_max. It also has the difference to M₁ = σ₀σ_P − σ₀², the variance of
+contact which has all yielded, times 1 − exp(−D/(RIM σ_P²)), with D the variance of full contact: the rims of
+`theory.interface` are too wide, σ_P/(E*q_max h′). The fourth constant is the ANSWER of the half-space. Elastic contact
+is the limit σ_P → ∞: there the tail is q⁻⁴, and nothing is missing.
 """
 
 from __future__ import annotations
