@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from process_cases import begin_process, end_processes, slowness
 from stored_cases import count_members, members_of, read_member, with_fields
+from storms import children, semaphores, started_workers
 
 import roughsim as rs
 
@@ -25,6 +26,26 @@ import sys, roughsim as rs
 if __name__ == "__main__":
     scene, folder, workers, most = sys.argv[1:]
     rs.run(rs.load_scene(scene), folder, workers=int(workers), max_realizations=int(most), until={})
+"""
+
+# the first worker that computes leaves its id and waits to be killed; the process that asked is slow until then
+WAITING = """
+import multiprocessing, os, pathlib, time
+from roughsim.ensemble import sources
+
+genuine, mark = sources.solve_problem, pathlib.Path(__file__).with_name("worker.txt")
+
+def solve(*rest):
+    if not mark.exists():
+        if multiprocessing.parent_process() is None:
+            time.sleep(0.05)
+        else:
+            mark.with_suffix(".new").write_text(str(os.getpid()))
+            mark.with_suffix(".new").rename(mark)
+            time.sleep(100)
+    return genuine(*rest)
+
+sources.solve_problem = solve
 """
 
 
@@ -53,23 +74,21 @@ def hear_interrupts():
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def wait_for_members(folder, count, seconds=60):
+def wait_until(come, what, process, seconds=60):
     end = time.monotonic() + seconds
-    while count_members(folder) < count:
-        assert time.monotonic() < end, "no members came"
+    while not come():
+        assert process.poll() is None, f"it ended before {what}"
+        assert time.monotonic() < end, f"no {what}"
         time.sleep(0.01)
 
 
-def children(pid):
-    found = []
-    for entry in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            fields = entry.read_text().rsplit(")", 1)[1].split()
-        except OSError:
-            continue
-        if int(fields[1]) == pid and fields[0] != "Z":
-            found.append(int(entry.parent.name))
-    return found
+def wait_for_members(folder, count, process):
+    wait_until(lambda: count_members(folder) >= count, f"{count} members", process)
+
+
+def wait_for_worker(process):
+    """Wait until a worker takes tasks: members come before."""
+    wait_until(lambda: started_workers(process.pid), "worker that has started", process)
 
 
 def assert_all_sound(folder):
@@ -99,7 +118,9 @@ def assert_same_numbers(folder, other, count):
 def test_an_interrupt_ends_all_within_a_second(hangup_ends, scene_file, tmp_path, which, workers):
     folder = tmp_path / "run"
     process = start(scene_file, folder, workers=workers, most=100000)
-    wait_for_members(folder, 3)
+    wait_for_members(folder, 3, process)
+    if workers > 1:
+        wait_for_worker(process)
     family = children(process.pid)
     before = slowness()
     began = time.monotonic()
@@ -130,12 +151,6 @@ def hangup_ends():
     signal.signal(signal.SIGHUP, before)
 
 
-def semaphores(pid):
-    """Those that a process has open."""
-    words = Path(f"/proc/{pid}/maps").read_text().split()
-    return {Path(word) for word in words if word.startswith("/dev/shm/sem.")}
-
-
 @pytest.mark.slow
 def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semaphores(
     hangup_ends, scene_file, tmp_path
@@ -153,7 +168,8 @@ def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semap
         preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
     )
     os.close(slave)
-    wait_for_members(folder, 3)
+    wait_for_members(folder, 3, process)
+    wait_for_worker(process)
     family = children(process.pid)
     opened = set().union(*map(semaphores, family))
     assert len(family) >= 2
@@ -173,23 +189,23 @@ def test_a_terminal_that_is_closed_leaves_neither_claims_nor_processes_nor_semap
 def test_a_run_that_ignores_closed_terminals_goes_on(scene_file, tmp_path):
     hup = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does; inherited
     try:
-        process = start(scene_file, tmp_path / "run", workers=1, most=40)
+        process = start(scene_file, tmp_path / "run", workers=1, most=2000)
     finally:
         signal.signal(signal.SIGHUP, hup)
-    wait_for_members(tmp_path / "run", 3)
+    wait_for_members(tmp_path / "run", 3, process)
     process.send_signal(signal.SIGHUP)
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=200) == 0
 
 
 @pytest.mark.slow
 def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
     process = start(scene_file, tmp_path / "run", most=100000)
-    wait_for_members(tmp_path / "run", 3)
+    wait_for_members(tmp_path / "run", 3, process)
+    wait_for_worker(process)
     family = children(process.pid)
-    assert family
     process.kill()
     process.wait()
-    end = time.monotonic() + 20  # members come before workers, which end when they have started
+    end = time.monotonic() + 20
     while any(Path(f"/proc/{pid}").exists() for pid in family):
         assert time.monotonic() < end, "a worker outlived its parent"
         time.sleep(0.1)
@@ -198,16 +214,15 @@ def test_workers_do_not_outlive_a_killed_parent(scene_file, tmp_path):
 @pytest.mark.slow
 def test_a_dying_worker_costs_a_retry_not_the_run(quick, scene_file, tmp_path):
     folder = tmp_path / "run"
-    process = start(scene_file, folder, most=60)
-    wait_for_members(folder, 3)
-    workers = [
-        pid
-        for pid in children(process.pid)
-        if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
-    ]
-    os.kill(workers[0], signal.SIGKILL)
-    assert process.wait(timeout=120) == 0, scene_file.with_name("said.txt").read_text()
-    assert rs.open_run(folder).realizations == 60
+    (tmp_path / "go.py").write_text(WAITING + SCRIPT)
+    process = start(scene_file, folder, most=1000)
+    mark = tmp_path / "worker.txt"
+    wait_until(mark.exists, "member that a worker computes", process)
+    os.kill(int(mark.read_text()), signal.SIGKILL)
+    said = tmp_path / "said.txt"
+    assert process.wait(timeout=120) == 0, said.read_text()
+    assert "a worker has died" in said.read_text()
+    assert rs.open_run(folder).realizations == 1000
     undisturbed = rs.run(quick, tmp_path / "undisturbed", max_realizations=10, until={})
     assert_same_numbers(folder, undisturbed.folder, 10)
 
@@ -231,17 +246,19 @@ def test_a_file_size_limit_stops_with_the_path_and_can_be_resumed(quick, tmp_pat
 @pytest.mark.slow
 def test_a_run_can_be_read_while_it_is_written(scene_file, tmp_path):
     folder = tmp_path / "run"
-    process = start(scene_file, folder, most=24)
-    wait_for_members(folder, 2)
+    process = start(scene_file, folder, most=2000)
+    wait_for_members(folder, 2, process)
     seen = []
     while process.poll() is None:
+        time.sleep(0.1)
         run = rs.open_run(folder)
         seen.append(run.realizations)
         if run.realizations >= 2:
             assert np.isfinite(run.estimate("flash_temperature").mean).all()
     assert process.returncode == 0
+    assert seen[0] < 2000
     assert seen == sorted(seen)  # a prefix that only grows
-    assert rs.open_run(folder).realizations == 24
+    assert rs.open_run(folder).realizations == 2000
 
 
 def test_a_finished_run_on_a_disk_for_reading_only_is_opened(quick, tmp_path, monkeypatch):
