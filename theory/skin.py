@@ -193,19 +193,20 @@ def _directions(steepest: float) -> tuple[Array, Array]:
     return np.sin(angle), (half * _WEIGHTS).ravel() * 2 / pi
 
 
-def steady_rise(layers: BodyLayers, spread: float) -> float:
+def steady_rise(layers: BodyLayers, spread: float, limit: str = "duration") -> float:
     """Return how far layers raise κT₀/q̇ of a uniform flux, m, a time t after it began; `spread` is D t, m².
 
     (d/k)(1 − (e_s/e)²) − (h/k)(1 − e^(−d/h)) − h e^(−d/h), e and e_s the effusivities κ/√D of body and skin. It is the
-    limit for t ≫ d²/D, d²/D_s, that times (e_s/e)², and h²/D; ValueError for a time below 25 of them.
+    limit for t ≫ d²/D, d²/D_s, that times (e_s/e)², and h²/D; ValueError for a time below 25 of them, which names the
+    quantity that is the `limit`.
     """
     k, d, h = layers.conduction, layers.thickness, layers.heat_depth
     depth = max(d, d * np.sqrt(layers.diffusion), d * k * layers.diffusion, h)
     if spread < _LATE * depth**2:
         raise ValueError(
-            f"duration: heat spreads {np.sqrt(spread):.3g} m deep in it, less than {np.sqrt(_LATE):g} times the "
+            f"{limit}: heat spreads {np.sqrt(spread):.3g} m deep in it, less than {np.sqrt(_LATE):g} times the "
             f"{depth:.3g} m of the skin or the heat_depth, which have not warmed through then; take "
-            f"{_LATE * depth**2 / spread:.3g} times the duration, or more"
+            f"{_LATE * depth**2 / spread:.3g} times the {limit}, or more"
         )
     rise = d / k * (1 - k**2 * layers.diffusion)
     if h > 0.0:

@@ -49,7 +49,7 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     result["conductivity"] = prediction.conduction(scene).conductivity
     result["heat_partition"] = prediction.heat_partition(scene)
     result["heat_partition_theory"] = found["heat_partition"].sel(column=THEORY).mean
-    if scene.sliding.duration is not None:
+    if scene.sliding.warms:
         result[CONTACT_TEMPERATURE] = found[CONTACT_TEMPERATURE].sel(column=THEORY).mean
     for name in _OTHERS:
         result[name] = found["flash_temperature"].sel(column=name).mean

@@ -148,13 +148,13 @@ def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     law = prediction.calibrated(scene)
     if drawn is None or law.stress_spectrum is None:
         return {}
-    start = scene.sliding.background_temperature or 0.0
+    start = scene.background_temperature or 0.0
     share, warm = np.ones(len(scene.speeds)), np.zeros(len(scene.speeds))
     slid = prediction.sliding_prediction(scene) if sliding else None
     if slid is None:
         share = prediction.calibrated_share(scene)
         warm = share * prediction.background(scene)
-    elif scene.sliding.duration is not None:
+    elif scene.sliding.warms:
         warm = slid.contact_temperature - slid.flash_temperature
     area = by_law(np.full(1, law.stress_spectrum.contact_fraction), law.errors["contact_fraction"])
     flash = drawn.flash * share

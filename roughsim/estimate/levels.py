@@ -135,7 +135,12 @@ def _share_of(
             relative = np.hypot(part / above.value, below.errors[name] / below.value)
             errors[name] = ratio.value * share**2 * relative
         finest = below.finest / (above.finest + below.finest)
-        return replace(ratio.through(share, finest, -(share**2)), errors=errors)
+        even = replace(ratio.through(share, finest, -(share**2)), errors=errors)
+        if not scene.temperature_difference:
+            return even
+        total = above + below  # the hotter resting body gives off heat, ΔT/(T + T')
+        given_off = total.through(1 / total.value, 1 / total.finest, -1 / total.value**2)
+        return even + given_off * scene.temperature_difference
 
 
 def continuation(scene: Scene, column: str, observable: str, levels: list[LevelMean]) -> Mean:

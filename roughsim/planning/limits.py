@@ -222,7 +222,7 @@ def _heat_remarks(scene: Scene, known: Facts) -> Remarks:
     """Warn of contact that melts, and of heat that is not diffusive."""
     k = int(np.argmax(known.flash_temperature))
     hottest = known.background_temperature + float(known.flash_temperature[k])
-    article = "a" if scene.sliding.background_temperature else "an assumed"
+    article = "a" if scene.background_temperature else "an assumed"
     reached = (
         f"T_flash = {known.flash_temperature[k]:.4g} K at {scene.speeds[k]:g} m/s in theory, over {article} background "
         f"of {known.background_temperature:g} K, makes {hottest:.4g} K"

@@ -1,69 +1,70 @@
 """Heat balance of two bodies: their temperatures with all the heat in each, as the time of sliding changes them."""
 
 from dataclasses import replace
-from math import nan
+from math import inf
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-import theory
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
-from roughsim.prediction.bodies import conduction
+from roughsim.prediction.bodies import (
+    conduction,
+    friction_coefficient,
+    thermal_bodies,
+    warming_lengths,
+)
 from roughsim.scene import Scene
 from roughsim.scene.model import Conduction, Layers
-from theory.skin import layers_of, surface_response
+from theory.skin import surface_response
 
 
-def heat_history(scene: Scene, q: Array) -> tuple[Array, Array, Array]:
-    """Return the terms by which the time of sliding enters the heat balance at each speed; q (modes,) in rad/m.
+class HeatHistory(NamedTuple):
+    """The terms by which time and the size of the contact enter the heat balance at each speed.
 
-    First the part of the steady temperature that the resting body has reached, (speeds, modes), then the backgrounds
-    κT₀ σ₀/μv of the moving and of the resting body, Pa² m, (speeds,). Where time plays no part they are 1, 0 and 0.
+    Where they play no part, as under the rule "mean", they are 1 and 0. In the balance all temperatures are σ₀κT/μv,
+    Pa² m, with all the heat in the body.
     """
-    time, each = scene.sliding.duration, conduction(scene).each
-    layered = np.array([_layered(bodies, q) for bodies in each])
-    if scene.sliding.heat_partition != "total" or time is None:
+
+    growth: (
+        Array  # part of the steady temperature that the resting body has reached, (speeds, modes)
+    )
+    moving: Array  # background of the moving body, (speeds,)
+    resting: Array  # of the resting one
+    hotter: (
+        Array  # by how much the resting body was hotter before, as a background of the moving one
+    )
+
+
+def heat_history(scene: Scene, q: Array) -> HeatHistory:
+    """Return the terms of the heat balance of a scene; q (modes,) in rad/m."""
+    bodies, sliding = conduction(scene), scene.sliding
+    layered = np.array([_layered(each, q) for each in bodies.each])
+    if sliding.heat_partition != "total":
         zero = np.zeros(len(scene.speeds))
-        return 1.0 + layered, zero, zero
-    square = scene.sliding.nominal_pressure**2
-    moving, resting = (
-        np.array([_warming(time, square, *body) for body in bodies])
-        for bodies in zip(*map(_bodies, each), strict=True)
-    )
-    grown = scipy.special.erf(q * np.sqrt(conduction(scene).counter_diffusivity * time)[:, None])
-    return grown + layered, moving, resting
-
-
-def _bodies(bodies: Conduction) -> tuple[tuple[float, float, Layers], tuple[float, float, Layers]]:
-    """Return κ, D and layers of the moving and of the resting body; NaN of one that does not conduct."""
-    kappa, diffusivity = bodies.counter_conductivity or nan, bodies.counter_diffusivity or nan
-    return (bodies.conductivity, bodies.diffusivity, bodies.layers), (
-        kappa,
-        diffusivity,
-        bodies.counter_layers,
-    )
-
-
-def _warming(time: float, flux: float, kappa: float, diffusivity: float, layers: Layers) -> float:
-    """Return κT₀ of a body by a uniform flux, W/m, a time, s, after it began."""
-    skin = None if layers.skin is None else (layers.skin[0], layers.skin[1] / kappa, layers.skin[2])
-    body = {
-        "conductivity": 1.0,
-        "diffusivity": diffusivity,
-        "skin": skin,
-        "heat_depth": layers.heat_depth,
-    }
-    return float(theory.background.temperature(time, heat_flux=flux, **body))
+        return HeatHistory(1.0 + layered, zero, zero, zero)
+    lengths = [
+        warming_lengths(scene, speed, each)
+        for speed, each in zip(scene.speeds, bodies.each, strict=True)
+    ]
+    moving, resting = sliding.nominal_pressure**2 * np.array(lengths).T
+    time = inf if sliding.duration is None else sliding.duration
+    grown = scipy.special.erf(q * np.sqrt(bodies.counter_diffusivity * time)[:, None])
+    hotter = np.zeros(len(scene.speeds))
+    if scene.temperature_difference:  # refused at rest
+        heat = friction_coefficient(scene) * np.array(scene.speeds)
+        pressure = sliding.nominal_pressure
+        hotter = scene.temperature_difference * pressure * bodies.conductivity / heat
+    return HeatHistory(grown + layered, moving, resting, hotter)
 
 
 def _layered(bodies: Conduction, q: Array) -> Array:
     """Return the steady change of |q|κT/q̇ of the resting body at rest by its skin, (modes,)."""
-    kappa, diffusivity, counter_layers = _bodies(bodies)[1]
-    layers = None if counter_layers == Layers() else layers_of(*counter_layers, kappa, diffusivity)
-    if layers is None:
+    resting = thermal_bodies(bodies)[1]
+    if resting is None or resting.layers is None:
         return np.zeros(q.size)
-    return surface_response(q, np.zeros_like(q), layers).real - 1.0
+    return surface_response(q, np.zeros_like(q), resting.layers).real - 1.0
 
 
 def balanced(scene: Scene, sample: Sample) -> Sample:
@@ -77,7 +78,7 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
     bodies = conduction(scene)
     if scene.sliding.heat_partition == "total" or bodies.each[0].counter_layers != Layers():
         steady = sample.spectrum / sample.wavenumber
-        growth = heat_history(scene, sample.wavenumber)[0]
+        growth = heat_history(scene, sample.wavenumber).growth
         resting = resting / steady.sum(axis=1, keepdims=True) * (steady @ growth.T)
     resting = resting * (bodies.conductivity / bodies.counter_conductivity)
     numbers = sample.numbers | {"resting_flash_temperature": resting}
@@ -88,12 +89,14 @@ def balanced(scene: Scene, sample: Sample) -> Sample:
 def backgrounds(scene: Scene, sample: Sample) -> tuple[Array, Array]:
     """Return the mean temperatures T₀ of the moving and of the resting body, each with all the heat, K, (speeds,).
 
-    They are of the sliding duration under the rule "total", else zero. The sample is any of the scene.
+    They are of the rule "total", else zero. The sample is any of the scene.
     """
     if scene.sliding.heat_partition != "total":
         return np.zeros(len(scene.speeds)), np.zeros(len(scene.speeds))
-    _, moving, resting = heat_history(scene, sample.wavenumber)
+    history = heat_history(scene, sample.wavenumber)
     steady = (sample.spectrum[0] / sample.wavenumber).sum()
     rate = sample.numbers["resting_flash_temperature"][0] / steady  # μv/κσ₀, also at rest
     bodies = conduction(scene)
-    return rate * moving, rate * resting * (bodies.conductivity / bodies.counter_conductivity)
+    return rate * history.moving, rate * history.resting * (
+        bodies.conductivity / bodies.counter_conductivity
+    )

@@ -20,6 +20,7 @@ from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction
 from roughsim.surface.spectrum import Spectrum
 from theory.roots import root
+from theory.skin import ThermalBody, body_of
 
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
 
@@ -94,8 +95,8 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     """Return the constants κ and D of the bodies of a scene at each speed, the same for all columns.
 
     Where a κ is a table they are its values at the background temperature + T₀(t) + 0.75 s T_flash, with the share s of
-    the scene, and T_flash of the theory over the whole spectrum. T₀(t) is the warming of the moving body in the
-    `duration`, 0 without one. Both bodies are taken at this temperature of their contact.
+    the scene, and T_flash of the theory over the whole spectrum. T₀(t) is the warming of the moving body, as
+    `background`. Both bodies are taken at this temperature of their contact.
 
     The speeds, m/s, ≥ 0, are by default the speeds of the scene. SceneError if the contact gets hotter than a table.
     """
@@ -192,7 +193,7 @@ def _marks(scene: Scene, speed: float) -> list[float]:
 
     Of a row of a table both its temperature, and the temperature of κ with the contact at that temperature.
     """
-    start = scene.sliding.background_temperature or 0.0
+    start = scene.background_temperature or 0.0
     end = min(rows[-1][0] for tables in scene.tables.values() for rows in tables)
     background, flash = _rises(scene, speed, scene.conduction(start))
     part = (background + 0.75 * flash) / (background + flash) if flash else 1.0
@@ -210,7 +211,7 @@ def _end_of_friction(scene: Scene) -> float:
 
 def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heating, float, float]:
     """Return the constants with κ at a temperature, the temperature there with them, and the contact's, K."""
-    start = scene.sliding.background_temperature or 0.0
+    start = scene.background_temperature or 0.0
     friction_end = _end_of_friction(scene)
     bodies = scene.conduction(temperature)
     background, flash = _rises(scene, speed, bodies)
@@ -233,30 +234,58 @@ def _rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float
 
 
 def _warming(scene: Scene, speed: float, constants: Heating) -> float:
-    """Return T₀(t) of the surface of the moving body with all the heat in it, K; 0 without a `duration`."""
+    """Return T₀ of the surface of the moving body with all the heat in it, K; 0 where no time or radius is given."""
     friction, bodies = constants
     flux = friction * scene.sliding.nominal_pressure * speed
-    if scene.sliding.duration is None or flux == 0.0:
+    if not scene.sliding.warms or flux == 0.0:
         return 0.0
-    body = {
-        "conductivity": bodies.conductivity,
-        "diffusivity": bodies.diffusivity,
-    } | layer_arguments(bodies)
-    try:
-        return float(theory.background.temperature(scene.sliding.duration, heat_flux=flux, **body))
-    except ValueError as error:  # too soon for a layer to have warmed through
-        reason = str(error).removeprefix("duration: ")
-        raise SceneError(
-            f"sliding.duration = {scene.sliding.duration:.4g} s is too short: {reason}"
-        ) from None
+    return flux / bodies.conductivity * warming_lengths(scene, speed, bodies)[0]
 
 
 def background(scene: Scene) -> Array:
-    """Return T₀(t), K, shape (speeds,): how far the surface of the moving body has warmed, with all the heat in it.
+    """Return T₀, K, shape (speeds,): how far the surface of the moving body has warmed, with all the heat in it.
 
-    It is the mean over the surface after the `duration`; 0 without a `duration`.
+    It is the mean over the nominal contact after the `duration`, or steady under a round one; 0 without either.
     """
     return np.array([_warming(scene, speed, heating(scene, speed)) for speed in scene.speeds])
+
+
+def thermal_bodies(bodies: Conduction) -> tuple[ThermalBody, ThermalBody | None]:
+    """Return the moving and the resting body as the theory has them; None of one that does not conduct."""
+    moving = body_of(bodies.conductivity, bodies.diffusivity, *bodies.layers)
+    if bodies.counter_conductivity is None:
+        return moving, None
+    return moving, body_of(
+        bodies.counter_conductivity, bodies.counter_diffusivity, *bodies.counter_layers
+    )
+
+
+def warming_lengths(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
+    """Return κT₀/q̇ of the moving and of the resting body, m, as `theory.background.heat_length`.
+
+    Of the resting body under the rule "total", which alone needs it, else 0. SceneError if a skin or a depth of the
+    heat has not warmed through.
+    """
+    sliding = scene.sliding
+    nominal = theory.background.nominal_contact(
+        sliding.duration, sliding.contact_radius, sliding.track_radius
+    )
+    moving, resting = thermal_bodies(bodies)
+    try:
+        length = theory.background.heat_length(moving, nominal, speed)
+        if sliding.heat_partition != "total" or resting is None:
+            return length, 0.0
+        return length, theory.background.heat_length(resting, nominal)
+    except ValueError as error:
+        key, reason = str(error).split(": ", 1)
+        unit = "s" if key == "duration" else "m"
+        raise SceneError(
+            f"sliding.{key} = {getattr(sliding, key):.4g} {unit} is too short: {reason}"
+        ) from None
+    except ArithmeticError as error:
+        raise SceneError(
+            f"sliding.contact_radius = {sliding.contact_radius:.4g} m: {error}"
+        ) from None
 
 
 def heat_partition(
@@ -313,6 +342,18 @@ def share_of(
         resting_skin=bodies.counter_layers.skin,
         resting_heat_depth=bodies.counter_layers.heat_depth,
         rule=rule,
-        **({"duration": scene.sliding.duration} if rule == "total" else {}),
+        **(_total_arguments(scene) if rule == "total" else {}),
     )
     return np.asarray(share, dtype=np.float64)
+
+
+def _total_arguments(scene: Scene) -> dict[str, Any]:
+    """Return what the rule "total" of the theory adds; bodies of two temperatures have one μ."""
+    difference, sliding = scene.temperature_difference, scene.sliding
+    return {
+        "duration": sliding.duration,
+        "contact_radius": sliding.contact_radius,
+        "track_radius": sliding.track_radius,
+        "temperature_difference": difference,
+        "friction_coefficient": scene.friction_coefficient() if difference else None,
+    }

@@ -129,7 +129,7 @@ def facts_of(scene: Scene, lengths: tuple[float, float]) -> Facts:
         peclet_number=speed * radius / conduction(scene).diffusivity,
         heat_partition=share,
         flash_temperature=share * theory["flash_temperature"],
-        background_temperature=scene.sliding.background_temperature or _ROOM,
+        background_temperature=scene.background_temperature or _ROOM,
         melting_temperature=scene.melting_temperature,
     )
 

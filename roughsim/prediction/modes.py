@@ -67,10 +67,11 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
     if (
         scene.counterface_conducts
     ):  # the balance of the two bodies, both as κT σ₀/μv of the moving one
-        growth, moving_background, resting_background = heat_history(scene, q)
-        resting = growth @ (stress / q) + resting_background
+        history = heat_history(scene, q)
+        resting = history.growth @ (stress / q) + history.resting
         resting *= bodies.conductivity / bodies.counter_conductivity
-        share = resting / (resting + temperature + moving_background)
+        both = resting + temperature + history.moving
+        share = (resting + history.hotter) / both
     area = float(
         theory.persson.contact_probability(
             float(spectrum.breaks[-1]), spectrum, **load_arguments(scene)

@@ -114,7 +114,7 @@ def results_of(
 def observables_of(run: Run) -> list[str]:
     """Return the names of all observables of a run, in the order of tables."""
     names = list(run.observables)
-    if run.scene.sliding.duration is not None:
+    if run.scene.sliding.warms:
         names.append(CONTACT_TEMPERATURE)
     names += asked_names(run.scene)
     if not run.drawn:

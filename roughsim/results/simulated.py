@@ -61,7 +61,7 @@ class Single:
     @property
     def background(self) -> Array:
         """T₀, absolute, of the surface of the moving body at each speed, K, by the share of the heat."""
-        start = self.scene.sliding.background_temperature or 0.0
+        start = self.scene.background_temperature or 0.0
         return start + self.share * prediction.background(self.scene)
 
     def estimate(self, observable: str, *, all_heat: bool = False) -> Estimate:
@@ -163,14 +163,14 @@ class Slid:
         """Return its contacts, for means over the distribution of their temperature."""
         flash, stretch = self._flash()
         warm = np.zeros_like(flash.value)
-        if self.scene.sliding.duration is not None:
+        if self.scene.sliding.warms:
             warm = self.slides.numbers["sliding_background"].mean(axis=0)
         flash = warmed(flash, warm, self.estimate("heat_partition"))
         return Contacts(
             [stretched(self.slides, stretch)],
             flash.with_errors(solver=_SOLVER_SHARE * self.run.numerics.tolerance),
             self.run.values("contact_fraction"),
-            (self.scene.sliding.background_temperature or 0.0) + warm,
+            (self.scene.background_temperature or 0.0) + warm,
             self.scene.speeds,
             stretch=stretch,
             sources=self.run.sources,

@@ -57,31 +57,103 @@ def check_load(sliding: SlidingSection, body: BodySection, hardness: float) -> N
 
 
 def check_heat_partition(sliding: SlidingSection, missing: str) -> None:
-    """Refuse a rule of the heat share without the second body or the duration that it needs."""
+    """Refuse a rule of the heat share without the second body, duration or radius that it needs."""
     rule = sliding.heat_partition
     if rule in ("mean", "total") and missing:
         raise ValueError(
             f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
             '(like = "body" for the same material), or write "all" or a number'
         )
-    if rule == "total" and sliding.duration is None:
-        needed = 'needs the time since sliding began; add for example duration = "1 ms"'
+    if rule == "total" and not sliding.warms:
+        needed = (
+            'needs the time since sliding began; add for example duration = "1 ms", or the contact_radius of a contact '
+            "that is steady"
+        )
         raise ValueError(f'sliding.heat_partition = "total" {needed}')
 
 
-def check_background(
+def check_nominal_contact(sliding: SlidingSection) -> None:
+    """Refuse a track without a round contact, or narrower than the contact itself."""
+    track, radius = sliding.track_radius, sliding.contact_radius
+    if track is None:
+        return
+    if radius is None:
+        raise ValueError(
+            f"sliding.track_radius = {track:.6g} m is of a round contact; add its contact_radius, or remove the track"
+        )
+    if track < radius:
+        raise ValueError(
+            f"sliding.track_radius = {track:.6g} m must be at least the contact_radius of {radius:.6g} m, or the contact "
+            "turns about a point of its own; raise it"
+        )
+
+
+def check_temperatures(
     sliding: SlidingSection,
+    given: Mapping[str, float | None],
+    missing: str,
+    tables: Sequence[str],
+) -> None:
+    """Refuse temperatures of single bodies, K, `given` by section, that no second body or no rule weighs.
+
+    `missing` is what a second body that conducts lacks, `tables` are the keys with a table over temperature.
+    """
+    kelvin = {f"{name}.temperature": each for name, each in given.items() if each is not None}
+    if not kelvin:
+        return
+    first, value = next(iter(kelvin.items()))
+    if sliding.background_temperature is not None:
+        raise ValueError(
+            f"sliding.background_temperature = {sliding.background_temperature:g} K is of both bodies and does not go "
+            f"with {first} = {value:g} K; give body.temperature and counterface.temperature alone"
+        )
+    if missing:
+        raise ValueError(
+            f"{first} = {value:g} K is of one of two bodies that conduct, but {missing} is missing; give "
+            "sliding.background_temperature in its place"
+        )
+    if "body.temperature" not in kelvin:
+        raise ValueError(
+            f"{first} = {value:g} K needs the temperature of the other body; add body.temperature"
+        )
+    difference = kelvin.get("counterface.temperature", value) - value
+    if difference:
+        _check_difference(sliding, difference, tables)
+
+
+def _check_difference(sliding: SlidingSection, difference: float, tables: Sequence[str]) -> None:
+    """Refuse bodies that differ in temperature, K, where no share follows from it."""
+    differ = f"counterface.temperature is {difference:+g} K from body.temperature, which"
+    even = "give both bodies one temperature"
+    if sliding.heat_partition != "total":
+        raise ValueError(
+            f'{differ} only sliding.heat_partition = "total" weighs; write it, or {even}'
+        )
+    if sliding.history == SLIDING:
+        raise ValueError(f'{differ} history = "sliding" does not follow; write "frozen", or {even}')
+    if tables:
+        raise ValueError(
+            f"{differ} does not go with a {tables[0]} that is a table over temperature; give a number, or {even}"
+        )
+    if 0.0 in sliding.speed:
+        raise ValueError(
+            f"{differ} does not go with sliding.speed = 0 m/s: no heat is made to be shared; remove that speed"
+        )
+
+
+def check_background(
+    kelvin: float | None,
+    key: str,
     tables: Sequence[str],
     temperature_range: tuple[float, float],
     needed: str,
 ) -> None:
     """Refuse a background temperature that is missing, or outside a table κ(T) or μ(T).
 
-    `tables` are the keys with a table, which are given within `temperature_range`, K; `needed` is a section or key that
-    needs an absolute temperature, "" without one.
+    `kelvin` is given by `key`. `tables` are the keys with a table, which are given within `temperature_range`, K;
+    `needed` is a section or key that needs an absolute temperature, "" without one.
     """
     low, high = temperature_range
-    kelvin = sliding.background_temperature
     if kelvin is None:
         if high < math.inf:
             raise ValueError(
@@ -94,7 +166,7 @@ def check_background(
                 'background_temperature = "300 K"'
             )
         return
-    background = f"sliding.background_temperature = {kelvin:g} K"
+    background = f"{key} = {kelvin:g} K"
     if not low <= kelvin <= high:
         raise ValueError(
             f"{background} must lie between {low:g} K and {high:g} K, the range of the tables over temperature; "

@@ -17,8 +17,10 @@ from roughsim.scene.checks import (
     check_junction_growth,
     check_levels,
     check_load,
+    check_nominal_contact,
     check_rows,
     check_targets,
+    check_temperatures,
     missing_second_body,
 )
 from roughsim.scene.ensemble import EnsembleSection
@@ -98,7 +100,17 @@ class Scene(Record):
         check_junction_growth(sliding, [body.penetration_hardness for body in self.bodies])
         check_load(sliding, self.body, self.penetration_hardness)
         check_heat_partition(sliding, missing)
-        check_background(sliding, list(self.tables), self.temperature_range, self._needs_background)
+        check_nominal_contact(sliding)
+        kelvin = {name: body.temperature for name, body in self.sections_of_bodies.items()}
+        check_temperatures(sliding, kelvin, missing, list(self.tables))
+        own = self.body.temperature is not None
+        check_background(
+            self.background_temperature,
+            "body.temperature" if own else "sliding.background_temperature",
+            list(self.tables),
+            self.temperature_range,
+            self._needs_background,
+        )
         check_targets(self.ensemble, self.distribution)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
@@ -162,6 +174,20 @@ class Scene(Record):
         asked = self.observables
         return self.reaction is not None or (
             asked is not None and (asked.temperature_distribution or asked.heat_above is not None)
+        )
+
+    @property
+    def background_temperature(self) -> float | None:
+        """Temperature of the moving body before sliding, absolute, K; None if the scene gives none."""
+        own = self.body.temperature
+        return self.sliding.background_temperature if own is None else own
+
+    @property
+    def temperature_difference(self) -> float:
+        """How much hotter the counterface was than the moving body before sliding, K."""
+        other = None if self.counterface is None else self.counterface.temperature
+        return (
+            0.0 if other is None or self.body.temperature is None else other - self.body.temperature
         )
 
     @property
@@ -284,6 +310,7 @@ class Scene(Record):
         if self.sliding.history == "frozen":
             left_out.add("sliding.history")  # older runs do not have the key
         if not self.tables:
+            left_out |= {"body.temperature", "counterface.temperature"}
             left_out.add("sliding.background_temperature")
         if self.distribution:
             flat["observables.temperature_distribution"] = True

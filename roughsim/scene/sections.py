@@ -207,7 +207,11 @@ def _check_band(face: "SurfaceSection") -> None:
 
 def _check_counterface(counterface: "CounterfaceSection") -> "CounterfaceSection":
     """Return a counterface; refuse one without keys, with keys beside `like`, or with half of a material."""
-    keys = [key for key in counterface.known_keys() if getattr(counterface, key, None) is not None]
+    keys = [
+        key
+        for key in counterface.known_keys()
+        if key != "temperature" and getattr(counterface, key, None) is not None
+    ]
     if not keys:
         raise ValueError(
             'like is missing; write like = "body", give keys of its own, or leave the section out'
@@ -299,6 +303,8 @@ class BodySection(Record):
     heat_capacity: Annotated[float, Quantity("J/(kg K)", '"500 J/(kg K)"', gt=0)]
     melting_temperature: Annotated[float, Quantity("K", '"1800 K"', gt=0)] | None = None
     """Absolute. A hotter contact gives a warning; no number depends on it."""
+    temperature: Annotated[float, KELVIN] | None = None
+    """Absolute, before sliding: in place of `sliding.background_temperature`, where the bodies differ."""
     skin: SkinSection | None = None
     """A layer of another material that the contact touches."""
     heat_depth: HeatDepth | None = None
@@ -346,6 +352,15 @@ class SlidingSection(Record):
     """"frozen": one contact slides on, unchanged. "sliding": also both faces over one another, contact by contact."""
     slid_distance: Annotated[float, Quantity("m", '"4 mm"', gt=0)] | None = None
     """Of history = "sliding", at all speeds; in place of `duration`."""
+    contact_radius: Annotated[float, Quantity("m", '"3 mm"', gt=0)] | None = None
+    """Of a round nominal contact, which the counterface carries; None warms both bodies as endless planes."""
+    track_radius: Annotated[float, Quantity("m", '"25 mm"', gt=0)] | None = None
+    """Of the ring on [body] along which a round contact slides; None is straight."""
+
+    @property
+    def warms(self) -> bool:
+        """Whether the mean temperature of the surface is known: after a time, or steady under a round contact."""
+        return self.duration is not None or self.contact_radius is not None
 
     @property
     def distances(self) -> tuple[float, ...]:

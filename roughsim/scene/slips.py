@@ -142,6 +142,16 @@ def _of_sliding(sliding: SlidingSection) -> _Numbers:
         yield "temperature", "sliding.background_temperature", sliding.background_temperature
 
 
+def _of_temperatures(name: str, body: BodySection | CounterfaceSection) -> _Numbers:
+    """Yield the absolute temperatures of a body."""
+    if isinstance(body.conductivity, tuple):
+        yield "temperature", f"{name}.conductivity.temperature", body.conductivity[0][0]
+    for key in ("melting_temperature", "temperature"):
+        kelvin = getattr(body, key)
+        if kelvin is not None:
+            yield "temperature", f"{name}.{key}", kelvin
+
+
 def _of_body(name: str, body: BodySection | CounterfaceSection, speed: float) -> _Numbers:
     """Yield the properties of a body, and D = κ/(ρc) and the speed of shear waves, √(G/ρ), if all others are usual."""
     usual = True
@@ -152,10 +162,7 @@ def _of_body(name: str, body: BodySection | CounterfaceSection, speed: float) ->
     if usual and body.density and body.heat_capacity:
         for kappa in values_of(body.conductivity):
             yield "diffusivity", f"{name}.diffusivity", kappa / (body.density * body.heat_capacity)
-    if isinstance(body.conductivity, tuple):
-        yield "temperature", f"{name}.conductivity.temperature", body.conductivity[0][0]
-    if body.melting_temperature is not None:
-        yield "temperature", f"{name}.melting_temperature", body.melting_temperature
+    yield from _of_temperatures(name, body)
     hardness, modulus = body.penetration_hardness, body.youngs_modulus
     if hardness is not None:
         yield "hardness", f"{name}.penetration_hardness", hardness

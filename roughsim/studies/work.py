@@ -40,8 +40,16 @@ from roughsim.studies.vary import Axis, points_of, read_axes
 _HARDEST = 1e30  # Pa, in place of the infinite hardness of elastic contact
 PAUSE = 0.2  # s between two looks whether another process has planned
 # keys of a scene that do not concern its contact; friction does through the pressure at which the contact yields
-_OF_BODIES = ("conductivity", "density", "heat_capacity", "skin", "heat_depth")
-_OF_SLIDING = ("friction_coefficient", "junction_growth", "speed", "heat_partition", "duration")
+_OF_BODIES = ("conductivity", "density", "heat_capacity", "skin", "heat_depth", "temperature")
+_OF_SLIDING = (
+    "friction_coefficient",
+    "junction_growth",
+    "speed",
+    "heat_partition",
+    "duration",
+    "contact_radius",
+    "track_radius",
+)
 _HEAT_KEYS = (*_OF_BODIES, *_OF_SLIDING)
 
 
