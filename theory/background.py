@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import quad
 
 from theory.arguments import Array, float_if_scalar, not_negative_array, positive, real_array
 from theory.disc import mean_rise
@@ -31,7 +30,10 @@ ENDLESS = NominalContact()
 def nominal_contact(
     duration: float | None, contact_radius: float | None, track_radius: float | None
 ) -> NominalContact:
-    """Return checked numbers; None is inf. TypeError or ValueError naming the argument otherwise."""
+    """Return a contact of checked numbers, each None for inf; TypeError or ValueError naming the argument otherwise.
+
+    `duration` is in s, `contact_radius` and `track_radius` in m.
+    """
     numbers = {
         "duration": (duration, "s"),
         "contact_radius": (contact_radius, "m"),
@@ -55,7 +57,7 @@ def nominal_contact(
 
 
 def heat_length(body: ThermalBody, contact: NominalContact, speed: float = 0.0) -> float:
-    """Return κT₀/q̇, m: the background of a constant flux, which moves over the body at a speed, m/s, ≥ 0.
+    """Return κT₀/q̇, m: the background of a body by a constant flux on a contact that moves over it at a speed, m/s, ≥ 0.
 
     It is 2√(Dt/π) under an endless plane, and aU of a disc (`theory.disc`), plus the rise by layers of the body.
     ValueError if these have not warmed through, or without a steady value: of an endless plane at t = inf.
@@ -162,6 +164,8 @@ def _times(t: ArrayLike, steady: bool) -> Array:
 
 def _accumulated(heat_flux: Callable[[float], float], end: float, breaks: Array) -> float:
     """Return ∫₀^√t q̇(t − u²) du: half the integral over t′, without its singularity."""
+    from scipy.integrate import quad  # loads transforms, which constant heat does without
+
     inner = np.sqrt(end - breaks[(breaks > 0.0) & (breaks < end)])
     edges = np.unique([0.0, *inner, sqrt(end)])
 

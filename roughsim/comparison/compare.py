@@ -354,7 +354,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
             "sliding began. T₀ is from the theory of heat, not simulated"
             + (
-                ", but in the column sliding from the slide."
+                ", but in the column sliding from the slide, of endless planes."
                 if comparison.run.numerics.slide is not None
                 else "."
             )

@@ -13,6 +13,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.planning.levels import SIDE, cell_of
+from roughsim.prediction.bodies import conduction
 from roughsim.prediction.facts import YIELDED, Facts, facts_of, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import (
@@ -42,6 +43,8 @@ _FREE_PATH = (
     10e-9  # m, free path of electrons and phonons: Fourier's law holds for longer distances
 )
 _SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
+# of endless planes, for 5 %: contact radius over slid distance, and over the depth of heat (experiments/finite_contact)
+_SLID, _DEEP = 5.0, 12.0
 _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 
 
@@ -111,6 +114,7 @@ def judge(
         *plain,
         *_load_remarks(scene, known, numerics),
         *_heat_remarks(scene, known),
+        *_nominal_contact_remarks(scene, known),
         *_layer_remarks(scene, min(known.cell)),
         *_share_remarks(scene, known),
     ]
@@ -220,12 +224,14 @@ def _load_remarks(scene: Scene, known: Facts, numerics: Numerics | None) -> Rema
 
 def _heat_remarks(scene: Scene, known: Facts) -> Remarks:
     """Warn of contact that melts, and of heat that is not diffusive."""
-    k = int(np.argmax(known.flash_temperature))
-    hottest = known.background_temperature + float(known.flash_temperature[k])
+    rise = known.flash_temperature + known.warming
+    k = int(np.argmax(rise))
+    hottest = known.background_temperature + float(rise[k])
     article = "a" if scene.background_temperature else "an assumed"
+    warmed = f" and T₀ = {known.warming[k]:.4g} K" if known.warming[k] else ""
     reached = (
-        f"T_flash = {known.flash_temperature[k]:.4g} K at {scene.speeds[k]:g} m/s in theory, over {article} background "
-        f"of {known.background_temperature:g} K, makes {hottest:.4g} K"
+        f"T_flash = {known.flash_temperature[k]:.4g} K{warmed} at {scene.speeds[k]:g} m/s in theory, over {article} "
+        f"background of {known.background_temperature:g} K, makes {hottest:.4g} K"
     )
     if hottest > known.melting_temperature:
         yield Remark(
@@ -245,6 +251,41 @@ def _heat_remarks(scene: Scene, known: Facts) -> Remarks:
             "Péclet number",
             f"at the Péclet number vr/D = {fastest:.3g} the heat of a hot spot goes {depth:.2g} m deep, less than "
             f"{_FREE_PATH:g} m, the free path of electrons and phonons; check the units of speed and conductivity",
+        )
+
+
+def _nominal_contact_remarks(scene: Scene, known: Facts) -> Remarks:
+    """Warn of endless planes that get hot, of a small contact, and of a share beyond all or nothing of the heat."""
+    radius, duration = scene.sliding.contact_radius, scene.sliding.duration
+    if radius is not None and radius < known.longest_wave:
+        yield Remark(
+            "limit",
+            "contact radius",
+            f"sliding.contact_radius = {radius:.3g} m is below the longest wave, 2π/q_min = {known.longest_wave:.3g} m: "
+            "such a contact holds no mean of the roughness; raise the radius or q_min",
+        )
+    k = int(np.argmax(known.warming - known.flash_temperature))
+    warm, flash = float(known.warming[k]), float(known.flash_temperature[k])
+    if radius is None and duration is not None and warm > flash:
+        speed, diffusivity = scene.speeds[k], float(conduction(scene).diffusivity[k])
+        slid, deep = _SLID * speed * duration, _DEEP * sqrt(diffusivity * duration)
+        yield Remark(
+            "limit",
+            "endless planes",
+            f"T₀ = {warm:.4g} K at {speed:g} m/s in theory is above T_flash = {flash:.4g} K, and is of endless planes; "
+            f"right within 5 % only for a contact of radius above {_SLID:g} v·duration = {slid:.2g} m and {_DEEP:g} "
+            f"√(D·duration) = {deep:.2g} m: add its sliding.contact_radius",
+        )
+    share = known.heat_partition
+    beyond = (share < 0.0) | (share > 1.0)
+    if beyond.any():
+        k = int(np.argmax(np.abs(share - 0.5)))
+        yield Remark(
+            "limit",
+            "share of the heat",
+            f"the heat share {share[k]:.3g} at {scene.speeds[k]:g} m/s is not within 0 and 1: the "
+            f"{'hotter' if share[k] > 1.0 else 'colder'} counterface {'heats' if share[k] > 1.0 else 'cools'} [body] "
+            "by more than friction does",
         )
 
 
@@ -271,7 +312,7 @@ def _share_remarks(scene: Scene, known: Facts) -> Remarks:
     """Warn of a heat share by "mean" or "total" other than 1/2 between equal faces; other shares are stated."""
     k = int(np.argmax(scene.speeds))
     share = float(known.heat_partition[k])
-    by_rule = scene.sliding.heat_partition in ("mean", "total")
+    by_rule = scene.sliding.heat_partition in ("mean", "total") and not scene.temperature_difference
     if not by_rule or abs(share - 0.5) <= UNEVEN or not equal_faces(scene):
         return
     about = (

@@ -8,7 +8,7 @@ import numpy as np
 
 from roughsim.grid import Array
 from roughsim.prediction.areas import yield_wavenumber
-from roughsim.prediction.bodies import conduction, heat_partition
+from roughsim.prediction.bodies import background, conduction, heat_partition
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
 from roughsim.scene.slips import STEEP
@@ -43,7 +43,8 @@ class Facts:
     peclet_number: Array  # vr/D
     heat_partition: Array  # share used
     flash_temperature: Array  # of the theory with that share, K above the background
-    background_temperature: float  # absolute
+    background_temperature: float  # absolute, before sliding
+    warming: Array  # T₀ of the moving body with that share, K; 0 where no time or radius is given
     melting_temperature: float  # absolute; inf if the scene gives none
 
     def to_dict(self) -> dict[str, Any]:
@@ -130,6 +131,7 @@ def facts_of(scene: Scene, lengths: tuple[float, float]) -> Facts:
         heat_partition=share,
         flash_temperature=share * theory["flash_temperature"],
         background_temperature=scene.background_temperature or _ROOM,
+        warming=share * background(scene),
         melting_temperature=scene.melting_temperature,
     )
 

@@ -40,6 +40,7 @@ def statements(scene: Scene) -> list[Remark]:
         *_of_scans(scene),
         *_of_textures(scene),
         *_of_heat(scene),
+        *_of_nominal_contact(scene),
         *_of_tables(scene),
     ]
     with suppress(*NO_VALUE):  # refused where it is needed
@@ -106,6 +107,21 @@ def _of_heat(scene: Scene) -> Iterator[Remark]:
     if scene.sliding.history == SLIDING:
         because += "; the column sliding has its own share"
     yield Remark("assumption", "heat", because, value)
+
+
+def _of_nominal_contact(scene: Scene) -> Iterator[Remark]:
+    """Yield the round contact that warms both bodies, and where it does not count."""
+    sliding = scene.sliding
+    if sliding.contact_radius is None:
+        return
+    track = sliding.track_radius
+    way = "straight" if track is None else f"round a track of radius {track:.4g} m"
+    when = "steady" if sliding.duration is None else f"after {sliding.duration:.4g} s"
+    because = f"the counterface carries it, [body] slides under it {way}; T₀ {when}, mean over the contact"
+    if sliding.history == SLIDING:
+        because += "; the column sliding warms endless planes"
+    value = f"round, of radius {sliding.contact_radius:.4g} m"
+    yield Remark("assumption", "nominal contact", because, value)
 
 
 def equal_faces(scene: Scene) -> bool:

@@ -221,6 +221,13 @@ def test_identity_leaves_out_no_key_but_those_that_change_no_number():
             f'[surface]\n{FACES[0]}\n[body]\n{BODY}{TABLE}[counterface]\nlike = "body"\n{moving}'
         )
     )
+    of_one = REST.replace("background_temperature = 300", "contact_radius = 1\ntrack_radius = 2")
+    warm = f"temperature = 300\n{BODY}{TABLE}"
+    scenes.append(
+        parse_scene(
+            f"[surface]\n{FACES[0]}\n[body]\n{warm}[counterface]\n{FACES[0]}\n{warm}{of_one}"
+        )
+    )
     seen = set()
     for scene in scenes:
         keys = {name: getattr(scene, name) for name in SECTIONS[""].known_keys()}
