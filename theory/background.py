@@ -57,7 +57,7 @@ def nominal_contact(
 
 
 def heat_length(body: ThermalBody, contact: NominalContact, speed: float = 0.0) -> float:
-    """Return κT₀/q̇, m: the background of a body by a constant flux on a contact that moves over it at a speed, m/s, ≥ 0.
+    """Return κT₀/q̇, m: the background of a body by a constant flux on a contact that moves at a speed, m/s, ≥ 0.
 
     It is 2√(Dt/π) under an endless plane, and aU of a disc (`theory.disc`), plus the rise by layers of the body.
     ValueError if these have not warmed through, or without a steady value: of an endless plane at t = inf.
