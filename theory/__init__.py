@@ -27,6 +27,7 @@ from typing import Any
 
 __all__ = [
     "background",
+    "camera",
     "classical",
     "clipped",
     "flash",

@@ -68,7 +68,7 @@ SQUARE = Kernel(square_integral, square_part)
 
 
 @dataclass(frozen=True, slots=True)
-class _HeatSource:
+class HeatSource:
     """The heat of a contact that slides: its stress s(q), and checked numbers of the heating."""
 
     stress: StressDensity
@@ -90,7 +90,7 @@ class _HeatSource:
         return direction_mean(q.ravel(), drift, layers, kernel.part).reshape(q.shape)
 
 
-def _heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
+def heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     speed: ArrayLike,
     spectrum: SpectrumLike | None = None,
     *,
@@ -103,7 +103,7 @@ def _heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     stress_spectrum: SpectrumLike | None = None,
     skin: Skin | None = None,
     heat_depth: float = 0.0,
-) -> _HeatSource:
+) -> HeatSource:
     """Check the arguments of every function below, which `flash_temperature` describes."""
     stress = stress_density(spectrum, stress_spectrum, effective_modulus, nominal_pressure, gamma)
     velocity = real_array("speed", speed, "m/s")
@@ -111,15 +111,15 @@ def _heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     pressure = positive("nominal_pressure", nominal_pressure, "Pa")
     body = body_of(conductivity, diffusivity, skin, heat_depth)
     heating = friction * np.abs(velocity) / (body.conductivity * pressure)
-    return _HeatSource(stress, velocity, pressure, heating, body)
+    return HeatSource(stress, velocity, pressure, heating, body)
 
 
 def _formula_of(
-    source: Callable[P, _HeatSource],
-) -> Callable[[Callable[[_HeatSource], Array]], Callable[P, Array | float]]:
+    source: Callable[P, HeatSource],
+) -> Callable[[Callable[[HeatSource], Array]], Callable[P, Array | float]]:
     """Return a decorator that turns a formula of a heat source into a function of the arguments of `source`."""
 
-    def decorated(formula: Callable[[_HeatSource], Array]) -> Callable[P, Array | float]:
+    def decorated(formula: Callable[[HeatSource], Array]) -> Callable[P, Array | float]:
         @wraps(source)
         def function(*arguments: P.args, **named: P.kwargs) -> Array | float:
             return float_if_scalar(formula(source(*arguments, **named)))
@@ -133,8 +133,8 @@ def _formula_of(
     return decorated
 
 
-@_formula_of(_heat_source)
-def flash_temperature(source: _HeatSource) -> Array:
+@_formula_of(heat_source)
+def flash_temperature(source: HeatSource) -> Array:
     """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
 
     Parameters
@@ -175,8 +175,8 @@ def flash_temperature(source: _HeatSource) -> Array:
     return source.heating * source.integral(EVEN, -1)
 
 
-@_formula_of(_heat_source)
-def flash_gradient(source: _HeatSource) -> Array:
+@_formula_of(heat_source)
+def flash_gradient(source: HeatSource) -> Array:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
 
     Negative for a speed > 0, as the body is hotter behind the contact; positive for a speed < 0, 0 at rest.
@@ -201,8 +201,8 @@ def flash_gradient(source: _HeatSource) -> Array:
     return source.heating * source.integral(ODD, 0)
 
 
-@_formula_of(_heat_source)
-def flash_laplacian(source: _HeatSource) -> Array:
+@_formula_of(heat_source)
+def flash_laplacian(source: HeatSource) -> Array:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
 
     Parameters
@@ -225,8 +225,8 @@ def flash_laplacian(source: _HeatSource) -> Array:
     return -source.heating * source.integral(EVEN, 1)
 
 
-@_formula_of(_heat_source)
-def flash_width(source: _HeatSource) -> Array:
+@_formula_of(heat_source)
+def flash_width(source: HeatSource) -> Array:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
 
     Parameters
@@ -250,8 +250,8 @@ def flash_width(source: _HeatSource) -> Array:
     return np.sqrt(source.integral(EVEN, -1) / curvature)
 
 
-@_formula_of(_heat_source)
-def slope_length(source: _HeatSource) -> Array:
+@_formula_of(heat_source)
+def slope_length(source: HeatSource) -> Array:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
 
     Parameters
@@ -276,8 +276,8 @@ def slope_length(source: _HeatSource) -> Array:
         return temperature / np.abs(source.integral(ODD, 0))
 
 
-@_formula_of(_heat_source)
-def rms_temperature(source: _HeatSource) -> Array:
+@_formula_of(heat_source)
+def rms_temperature(source: HeatSource) -> Array:
     """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
 
     Of one wave T_q = μvσ_q/(κ √(q² − iq_x v/D)). Its square, averaged over the directions of sliding, is
@@ -348,7 +348,7 @@ def temperature_correlation(  # noqa: PLR0913  (load, body, skin and depth of th
         As `flash_temperature`, also if the integral with J₀ does not reach its accuracy, 1e-11 of T_rms².
     """
     distance = not_negative_array("r", r, "m")
-    source = _heat_source(
+    source = heat_source(
         speed,
         spectrum,
         nominal_pressure=nominal_pressure,

@@ -25,13 +25,13 @@ _MOST_PANELS = 20_000
 # matrices that act on the values at the nodes of a panel
 _POLYNOMIALS = legendre.legvander(POINTS, NODES)  # P_k at the nodes, one degree more than fitted
 _ODD_NUMBERS = 2 * np.arange(NODES) + 1
-_FIT: Array = _ODD_NUMBERS[:, None] / 2 * WEIGHTS * _POLYNOMIALS[:, :-1].T  # Legendre coefficients
+FIT: Array = _ODD_NUMBERS[:, None] / 2 * WEIGHTS * _POLYNOMIALS[:, :-1].T  # Legendre coefficients
 _PRIMITIVES = (_POLYNOMIALS[:, 2:] - _POLYNOMIALS[:, :-2]) / _ODD_NUMBERS[1:]
-_PRIMITIVE: Array = np.column_stack([1 + POINTS, _PRIMITIVES]) @ _FIT  # ∫ from −1 to each node
+_PRIMITIVE: Array = np.column_stack([1 + POINTS, _PRIMITIVES]) @ FIT  # ∫ from −1 to each node
 _SLOPES = legendre.legval(POINTS, legendre.legder(np.eye(NODES))).T
-DERIVATIVE: Array = np.ascontiguousarray(_SLOPES) @ _FIT
-ENDS: Array = legendre.legvander(np.array([-1.0, 1.0]), NODES - 1) @ _FIT
-HALVES: Array = legendre.legvander(np.stack([POINTS - 1, POINTS + 1]) / 2, NODES - 1) @ _FIT
+DERIVATIVE: Array = np.ascontiguousarray(_SLOPES) @ FIT
+ENDS: Array = legendre.legvander(np.array([-1.0, 1.0]), NODES - 1) @ FIT
+HALVES: Array = legendre.legvander(np.stack([POINTS - 1, POINTS + 1]) / 2, NODES - 1) @ FIT
 
 
 class QuadratureError(ArithmeticError):
@@ -303,4 +303,4 @@ def primitive(density: Density, breaks: Array) -> Primitive:
     before = np.concatenate([[0.0], integrals.cumsum()[:-1]])
     power = np.where(panels.start == 0.0, 2.0, 1.0)
     ratio = values[0] @ _PRIMITIVE.T / (1 + POINTS) ** power[:, None]
-    return Primitive(panels, breaks, before, power, np.ascontiguousarray((ratio @ _FIT.T).T))
+    return Primitive(panels, breaks, before, power, np.ascontiguousarray((ratio @ FIT.T).T))

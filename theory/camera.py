@@ -1,0 +1,433 @@
+"""What a camera sees of the temperature of a sliding rough surface: its rms, and the width of its tracks.
+
+Of one wave T_q = μvσ_q/(κλ) with λ² = q² − iq_xv/D; x lies along sliding. A camera multiplies it by a factor H:
+
+- point spread, a Gaussian with the full width w at half maximum: e^(−q²b²/2), b = w/√(8 ln 2);
+- exposure, during which the contact moves by l past the camera: sin(q_xl/2)/(q_xl/2);
+- a start from rest, since which it has slid a distance L: erf√(λ²Dt) with Dt = DL/v.
+
+On a line at the distance d behind the straight trailing edge of a contact of length ℓ the heat was released in the
+ages from d/v to (d + ℓ)/v. For vd/D ≫ 1 conduction along sliding does not count, and with λ² = q_y² − iq_xv/D
+
+    H = erfc√(λ²Dd/v) − erfc√(λ²D(d + ℓ)/v),
+
+blurred across only: e^(−q_y²b²/2). In all cases T_rms² = (μv/κ)² 2π ∫ q |σ_q|² ⟨|H|²/|λ|²⟩ dq, the mean over the
+directions of q. Source: Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), Sec. 10.7, for one wave.
+"""
+
+from collections.abc import Iterator
+from math import inf, log, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import erfc, erfcx
+
+from theory.arguments import Array, SpectrumLike, float_if_scalar, not_negative_array
+from theory.flash import HeatSource, heat_source
+from theory.persson import Weight
+from theory.quadrature import FIT, POINTS, WEIGHTS, Panels, QuadratureError
+from theory.roots import root
+from theory.skin import Skin, surface_response
+
+__all__ = ["View", "seen_rms", "seen_width"]
+
+Complex = NDArray[np.complex128]
+ACCURACY = 1e-6  # of the mean square, between two quadratures
+_FWHM = sqrt(8 * log(2.0))  # of a Gaussian, over its standard deviation
+_WHOLE, _WINDOW = (
+    150.0,
+    25.0,
+)  # phase at which oscillations are faded out, and the width of that, rad
+_FADED = _WHOLE + 6 * _WINDOW
+_GROWTH = 3.0  # of an angle over a panel
+_FAINT = 40.0  # e^(−40) is nothing
+
+
+class View(NamedTuple):
+    """What the camera looks at, and how sharply; the default is a sharp picture of steady sliding.
+
+    Parameters
+    ----------
+    resolution : float
+        Full width at half maximum of the Gaussian point spread, m, ≥ 0.
+    smear : float
+        Distance that the contact moves past the camera while the shutter is open, m, ≥ 0.
+    slid_distance : float
+        Distance slid since the start from rest, m, > 0; ∞ is steady sliding.
+    behind : float, optional
+        Distance d of a line behind the straight trailing edge of the contact, m, ≥ 0. Default: the contact itself.
+    contact_length : float
+        Length ℓ of the contact before that line, m, > 0; not beyond `slid_distance`. Only with `behind`.
+    """
+
+    resolution: float = 0.0
+    smear: float = 0.0
+    slid_distance: float = inf
+    behind: float | None = None
+    contact_length: float = inf
+
+
+SHARP = View()
+
+
+def seen_rms(  # noqa: PLR0913  (load, body, and the camera)
+    speed: ArrayLike,
+    spectrum: SpectrumLike | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: SpectrumLike | None = None,
+    skin: Skin | None = None,
+    heat_depth: float = 0.0,
+    view: View = SHARP,
+) -> Array | float:
+    """Root mean square of the temperature that a camera sees, about the mean of the surface, with all heat in the body.
+
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `theory.flash.flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `theory.flash.flash_temperature`.
+    view : View
+        What the camera looks at, and how sharply.
+
+    Returns
+    -------
+    ndarray or float
+        K, the shape of `speed`; a float for one speed. 0 at rest. Without a camera, `theory.flash.rms_temperature`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is not real and of the right sign, or a `view` of a body with a skin or a heated depth is not
+        of steady sliding.
+    theory.quadrature.QuadratureError
+        If two quadratures differ by more than 1e-6 of the mean square.
+    """
+    source = heat_source(
+        speed,
+        spectrum,
+        nominal_pressure=nominal_pressure,
+        friction_coefficient=friction_coefficient,
+        conductivity=conductivity,
+        diffusivity=diffusivity,
+        effective_modulus=effective_modulus,
+        gamma=gamma,
+        stress_spectrum=stress_spectrum,
+        skin=skin,
+        heat_depth=heat_depth,
+    )
+    checked = _checked(view, source)
+    rate = source.pressure * source.heating
+    squares = [_Picture(source, abs(v), checked).mean_square() for v in source.velocity.flat]
+    return float_if_scalar(rate * np.sqrt(np.reshape(squares, source.velocity.shape)))
+
+
+def seen_width(  # noqa: PLR0913  (load, body, and the camera)
+    speed: ArrayLike,
+    spectrum: SpectrumLike | None = None,
+    *,
+    nominal_pressure: float,
+    friction_coefficient: float,
+    conductivity: float,
+    diffusivity: float,
+    effective_modulus: float | None = None,
+    gamma: Weight = 0.45,
+    stress_spectrum: SpectrumLike | None = None,
+    skin: Skin | None = None,
+    heat_depth: float = 0.0,
+    view: View = SHARP,
+) -> Array | float:
+    """Full width at half maximum of the autocorrelation of the picture across sliding, m.
+
+    It is √2 times the full width of a track with a Gaussian profile.
+
+    Parameters
+    ----------
+    speed, spectrum, stress_spectrum, nominal_pressure, effective_modulus, gamma
+        Velocity and load, as in `theory.flash.flash_temperature`.
+    friction_coefficient, conductivity, diffusivity, skin, heat_depth
+        The body and its heat, as in `theory.flash.flash_temperature`.
+    view : View
+        What the camera looks at, and how sharply.
+
+    Returns
+    -------
+    ndarray or float
+        m, the shape of `speed`; a float for one speed. At rest the limit for v → 0. μ and κ cancel.
+
+    Raises
+    ------
+    TypeError, ValueError, theory.quadrature.QuadratureError
+        As `seen_rms`, or the picture is uniform.
+    """
+    source = heat_source(
+        speed,
+        spectrum,
+        nominal_pressure=nominal_pressure,
+        friction_coefficient=friction_coefficient,
+        conductivity=conductivity,
+        diffusivity=diffusivity,
+        effective_modulus=effective_modulus,
+        gamma=gamma,
+        stress_spectrum=stress_spectrum,
+        skin=skin,
+        heat_depth=heat_depth,
+    )
+    checked = _checked(view, source)
+    widths = [_Picture(source, abs(v), checked).width() for v in source.velocity.flat]
+    return float_if_scalar(np.reshape(widths, source.velocity.shape))
+
+
+def _checked(view: View, source: HeatSource) -> View:
+    """Return a view with checked numbers."""
+
+    def length(name: str, value: float) -> float:
+        if value == inf and name in ("slid_distance", "contact_length"):
+            return inf
+        return float(not_negative_array(name, value, "m"))
+
+    numbers = {
+        name: length(name, part) for name, part in view._asdict().items() if part is not None
+    }
+    for name in ("slid_distance", "contact_length"):
+        if numbers[name] == 0.0:
+            raise ValueError(f"{name} = 0 m must be positive: without heat there is no picture")
+    checked = View(**numbers)
+    if source.body.layers is not None and (
+        checked.behind is not None or checked.slid_distance < inf
+    ):
+        raise ValueError(
+            "a picture of a body with a skin or a heated depth is known for steady sliding only; leave out behind and "
+            "slid_distance"
+        )
+    if checked.behind is not None and checked.smear > 0.0:
+        raise ValueError(
+            f"smear = {checked.smear:.6g} m with behind: the line stays at its distance from the contact; leave one out"
+        )
+    return checked
+
+
+class _Cloud(NamedTuple):
+    """Waves with weights: the sum of the weights is the mean square of κT/μv, Pa² m²."""
+
+    across: Array  # q_y, rad/m
+    weight: Array
+
+
+class _Picture:
+    """The picture at one speed, in units of μv/κ."""
+
+    def __init__(self, source: HeatSource, speed: float, view: View):
+        self._source, self._view = source, view
+        self._drift = speed / source.body.diffusivity  # v/D, 1/m
+
+    def mean_square(self) -> float:
+        """Return the mean square; QuadratureError if two quadratures disagree."""
+        if self._drift == 0.0 and self._view.behind is not None:
+            return 0.0
+        rough = sum(float(part.weight.sum()) for part in self._clouds(0.0, 8, 12.0))
+        fine = sum(float(part.weight.sum()) for part in self._clouds(0.0, 11, 7.0))
+        if not abs(fine - rough) <= ACCURACY * fine:
+            raise QuadratureError(
+                f"the mean square of the picture has the relative error {abs(fine / rough - 1):.1e}, above "
+                f"{ACCURACY:.0e}; name the kinks of the spectrum in its breaks"
+            )
+        return fine
+
+    def width(self) -> float:
+        """Return the full width of the autocorrelation across sliding at half its maximum, m."""
+        whole = self.mean_square()
+        if whole == 0.0:
+            raise ValueError(
+                "the picture is uniform, so its tracks have no width; give a rough surface, and a speed with behind"
+            )
+        cloud = self._gathered(0.0)
+        mean = float(cloud.weight @ cloud.across) / whole
+        steepest = float(cloud.weight @ cloud.across**2) / whole
+        near = 1 / sqrt(steepest)  # 1 − cos x ≤ x²/2: still above one half
+        reach = 2 / mean
+        while near < 1e6 * reach:
+            cloud = self._gathered(reach)
+
+            def excess(y: float, cloud: _Cloud = cloud) -> float:
+                seen = slice(int(np.searchsorted(cloud.across, _FADED / y)))
+                return float(cloud.weight[seen] @ _wave(cloud.across[seen] * y)) / whole - 0.5
+
+            while near < reach:
+                far = min(1.4 * near, reach)
+                if excess(far) <= 0.0:
+                    return 2 * root(excess, near, far, accuracy=1e-9 * far, relative=ACCURACY)
+                near = far
+            reach *= 2
+        raise ValueError("the autocorrelation of the picture does not fall to half its maximum")
+
+    def _gathered(self, distance: float) -> _Cloud:
+        """Return the waves of `_clouds` together, but for the faintest, by rising q_y."""
+        parts = zip(*self._clouds(distance, 11, 7.0), strict=True)
+        across, weight = (np.concatenate(several) for several in parts)
+        strength = np.sort(weight)
+        dropped = int(np.searchsorted(strength.cumsum(), ACCURACY / 10 * strength.sum()))
+        kept = weight >= strength[dropped]
+        order = np.argsort(across[kept])
+        return _Cloud(across[kept][order], weight[kept][order])
+
+    def _clouds(self, distance: float, nodes: int, phase: float) -> Iterator[_Cloud]:
+        """Yield the waves by panels of |q|, `nodes` in a panel of the angle, at most `phase` rad of a wave in each.
+
+        They resolve waves of cos(q_y `distance`), too.
+        """
+        view, stress = self._view, self._source.stress
+        points, weights = legendre.leggauss(nodes)
+        lengths = [each for each in self._lengths() if 0.0 < each < inf]
+        longest = max([*lengths, distance])
+        for q, moment in _subdivided(stress.panels, stress.values, longest, 2 * phase):
+            edges = self._angles(float(q[0]), float(q[-1]), lengths, distance, phase)
+            half = np.diff(edges)[:, None] / 2
+            angle = (edges[:-1, None] + half * (1 + points)).ravel()
+            share = (half * weights).ravel() * 2 / pi  # of a quarter turn, like all others
+            along, across = q[:, None] * np.sin(angle), q[:, None] * np.cos(angle)
+            power = self._power(along, across) * _point_spread(q[:, None], across, view)
+            yield _Cloud(across.ravel(), (moment[:, None] * share * power).ravel())
+
+    def _lengths(self) -> tuple[float, ...]:
+        """Return the lengths l of waves cos(q_xl) in |H|²."""
+        view = self._view
+        if view.behind is None:
+            return view.smear, view.slid_distance
+        return (min(view.contact_length, view.slid_distance),)
+
+    def _angles(
+        self, low: float, high: float, lengths: list[float], distance: float, phase: float
+    ) -> Array:
+        """Return the edges of panels over the angle ψ of q = (sinψ, cosψ)|q|, from 0 to π/2, for |q| in a range.
+
+        They grow from both ends, at which the response varies fast: |q_x| < q²D/v, and a line behind at small q_y.
+        """
+        drift, layers = self._drift, self._source.body.layers
+        steep = drift * (1.0 if layers is None else max(1.0, layers.diffusion))
+        few = min([1.0, low / steep if steep else 1.0, *(1 / (high * one) for one in lengths)])
+        spread = distance**2  # 1/q_y² of the longest waves that the response or the cosine resolves
+        if self._view.behind is not None:
+            age = self._view.behind + (lengths[0] if lengths else 0.0)
+            spread += max(age, 1 / high) / drift + self._view.resolution**2
+        last = min(1.0, 1 / (high * sqrt(spread))) if spread else 1.0
+        edges = np.append(_growing(few, pi / 4)[:-1], pi / 2 - _growing(last, pi / 4)[::-1])
+        counts = np.ones(edges.size - 1)
+        for one in lengths:
+            fades = low * np.sin(edges[:-1]) * one < _FADED
+            turned = high * one * np.diff(np.sin(edges))
+            counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0))
+        turned = high * distance * -np.diff(np.cos(edges))
+        fades = low * np.cos(edges[1:]) * distance < _FADED
+        counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0)).astype(int)
+        ends = zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True)
+        pieces = [np.linspace(start, stop, count, endpoint=False) for start, stop, count in ends]
+        return np.append(np.concatenate(pieces), edges[-1])
+
+    def _power(self, along: Array, across: Array) -> Array:
+        """Return |H|²/|λ|² without the point spread, m²."""
+        view, drift, layers = self._view, self._drift, self._source.body.layers
+        if view.behind is not None:
+            return self._power_behind(along, across)
+        square = along**2 + across**2
+        advection = drift * along
+        if layers is None:
+            power = 1 / np.hypot(square, advection)
+        else:
+            power = np.abs(surface_response(np.sqrt(square), advection, layers)) ** 2 / square
+        if view.slid_distance < inf and drift > 0.0:
+            power = power * _grown(
+                square * (view.slid_distance / drift), along * view.slid_distance
+            )
+        return power * _smeared(along * view.smear)
+
+    def _power_behind(self, along: Array, across: Array) -> Array:
+        drift, near = self._drift, self._view.behind or 0.0
+        (length,) = self._lengths()
+        spread: Complex = across**2 / drift - 1j * along  # λ²D/v
+        first = _erfc_root(spread * near)
+        last = _erfc_root(spread * (near + length)) if length < inf else np.zeros_like(spread)
+        crossed = 2 * (first * last.conj()).real
+        if length < inf:
+            crossed = crossed * _fade(along * length)
+        power: Array = np.abs(first) ** 2 + np.abs(last) ** 2 - crossed
+        return power / (drift * np.abs(spread))
+
+
+def _point_spread(q: Array, across: Array, view: View) -> Array:
+    """Return |e^(−q²b²/2)|²; on a line behind the contact across it only."""
+    blurred = q if view.behind is None else across
+    return np.asarray(np.exp(-np.square(blurred * (view.resolution / _FWHM))))
+
+
+def _fade(phase: Array) -> Array:
+    """Return a smooth window over the phase of an oscillation, 1 below some 10 turns and 0 beyond 50.
+
+    Under an integral over q_x the rest cancels to e^(−`_WINDOW`²/4).
+    """
+    return np.asarray(erfc((phase - _WHOLE) / _WINDOW) / 2)
+
+
+def _wave(phase: Array) -> Array:
+    """Return the cosine of a phase ≥ 0, faded out where an integral over it is nothing."""
+    return np.asarray(np.cos(phase) * _fade(phase))
+
+
+def _smeared(phase: Array) -> Array:
+    """Return |sin(p/2)/(p/2)|² = 2(1 − cos p)/p² of a phase p ≥ 0."""
+    few = np.sinc(np.minimum(phase, 1.0) / (2 * pi)) ** 2
+    large = np.maximum(phase, 1.0)
+    return np.where(phase < 1.0, few, 2 * (1 - _wave(large)) / large**2)
+
+
+def _grown(decay: Array, phase: Array) -> Array:
+    """Return |erf z|² of z² = `decay` − i `phase`, both ≥ 0: 1 − 2 Re erfc z + |erfc z|²."""
+    rest = _erfc_root(decay - 1j * phase)
+    few = decay**2 + phase**2 < 1e-6
+    power = 1 - 2 * rest.real * _fade(phase) + np.abs(rest) ** 2
+    z = decay[few] - 1j * phase[few]
+    power[few] = 4 / pi * np.abs(z) * np.abs(1 - z / 3 + z**2 / 10) ** 2  # of the series
+    return np.asarray(power)
+
+
+def _erfc_root(square: Complex) -> Complex:
+    """Return erfc √s of s with Re s ≥ 0, 0 where it is less than e^(−40)."""
+    result = np.zeros_like(square)
+    seen = square.real < _FAINT
+    part = square[seen]
+    result[seen] = np.exp(-part) * erfcx(np.sqrt(part))
+    return result
+
+
+def _growing(start: float, stop: float) -> Array:
+    """Return edges of panels 0, `start`, and on by the factor `_GROWTH` to `stop`."""
+    count = max(int(np.ceil(np.log(stop / start) / np.log(_GROWTH))), 0)
+    return np.append(0.0, stop * _GROWTH ** -np.arange(count, -1.0, -1.0))
+
+
+def _subdivided(
+    panels: Panels, values: Array, length: float, phase: float
+) -> Iterator[tuple[Array, Array]]:
+    """Yield q, rad/m, and s dq, Pa², at the nodes of panels over which q `length` grows by at most `phase`.
+
+    Where q `length` is so large that its waves are faded out a panel stays whole.
+    """
+    low, high = panels.ends().T
+    counts = np.ceil((np.minimum(high, _FADED / length if length else inf) - low) * length / phase)
+    counts = np.maximum(counts, 1.0).astype(int)
+    series = values @ FIT.T
+    for k, count in enumerate(counts.tolist()):
+        panel = panels.take(np.array([k]))
+        for part in range(count):
+            t = (2 * part + 1 + POINTS) / count - 1
+            y = panel.start + (panel.stop - panel.start) / 2 * (1 + t)
+            q = panel.at(y[None])[0][0]
+            yield q, legendre.legval(t, series[k]) * WEIGHTS / count
