@@ -315,12 +315,14 @@ def _share_remarks(scene: Scene, known: Facts) -> Remarks:
     by_rule = scene.sliding.heat_partition in ("mean", "total") and not scene.temperature_difference
     if not by_rule or abs(share - 0.5) <= UNEVEN or not equal_faces(scene):
         return
-    about = (
-        "about " if scene.tables else ""
-    )  # a table over temperature has another value at another share
+    # a table over temperature has another value at another share
+    about = "about " if scene.tables else ""
+    advice = f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high"
+    if scene.sliding.contact_radius is not None:  # a round contact is not even by itself
+        advice = "hot spots rest on neither, so that T_flash is an upper bound"
     yield Remark(
         "caution",
         "heat share",
-        f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; "
-        f"heat_partition = 0.5 makes temperatures {about}{0.5 / share:.3g} times as high; see docs/partition.md",
+        f"the heat share {share:.3g} at {scene.speeds[k]:g} m/s is not even, but the faces are; {advice}; "
+        "see docs/partition.md",
     )

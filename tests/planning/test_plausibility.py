@@ -423,6 +423,13 @@ def test_a_share_between_two_equally_rough_faces_of_one_material_is_told_unless_
         assert stated_heat(text) == "heat_partition states it"
 
 
+def test_share_under_a_round_contact_is_uneven_by_itself():
+    text = changed("speed =", 'contact_radius = "3 mm"\nspeed =', STEEL)
+    (line,) = (each for each in warned(text.replace("0.938", '"total"')) if "heat share" in each)
+    assert "hot spots rest on neither, so that T_flash is an upper bound" in line
+    assert "heat_partition = 0.5" not in line
+
+
 def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
     from theory import flash, hertz, plasticity
 
