@@ -54,6 +54,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/flash_vs_speed.py --evidence
 	$(MEASURE) experiments/tutorial.py --evidence
 	$(MEASURE) experiments/partition.py --evidence
+	$(MEASURE) experiments/finite_contact.py --evidence
 	$(MEASURE) experiments/paper.py --evidence
 	$(MEASURE) experiments/inverse.py --evidence
 	$(MEASURE) experiments/uncertainty.py --evidence

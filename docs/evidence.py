@@ -34,6 +34,7 @@ DRAWN: dict[str, tuple[tuple[str, ...], Callable[..., None]]] = {
     "chain.png": (("chain", "chain_ways"), figures.chain),
     "contact_error.png": (("contact",), figures.contact_error),
     "contact_cost.png": (("contact",), figures.contact_cost),
+    "finite_contact.png": (("finite_contact",), figures.finite_contact),
     "heat_methods.png": (("heat",), figures.heat),
     "limits_of_solvers.png": (("limits",), figures.limits_of_solvers),
     "limits_of_pixel.png": (("limits",), figures.limits_of_pixel),

@@ -4,6 +4,7 @@ from .accuracy import one_contact
 from .chain import chain
 from .contact import SOLVERS, contact_cost, contact_error
 from .coverage import coverage
+from .finite import finite_contact
 from .heat import heat
 from .limits import limits_of_heat, limits_of_pixel, limits_of_solvers, limits_of_theory
 
@@ -13,6 +14,7 @@ __all__ = [
     "contact_cost",
     "contact_error",
     "coverage",
+    "finite_contact",
     "heat",
     "limits_of_heat",
     "limits_of_pixel",
