@@ -32,7 +32,7 @@ _POINTS, _POINT_WEIGHTS = leggauss(48)  # over ±_REACH of S: exact to 1e-13
 # the derivatives up to the fifth, so that U is exact to 1e-9
 _FIRST, _LAST, _SMOOTH = 4, 24, 6
 _STEPS, _STEP_WEIGHTS = leggauss(12)  # over the laps between the two
-_SHORT = 500.0  # q: shorter waves have 1e-9 of the mean over a lap
+_SHORT = 500.0, 170.0  # q, and q τ^(1/6): waves shorter than both have 1e-8 of the mean over a lap
 _ROUND = 500.0, 1000.0  # qρ, between which J₀(qρ)² gives way to its mean
 
 
@@ -75,7 +75,8 @@ def straight(time: float, peclet: float) -> float:
         return 0.5 * steady * np.asarray(behind)
 
     def integrand(angle: Array) -> Array:
-        return _common_area(angle) * kernel(2 * np.sin(angle)) * 2 * np.cos(angle) / pi
+        area = pi - 2 * angle - np.sin(2 * angle)  # C(r)
+        return area * kernel(2 * np.sin(angle)) * 2 * np.cos(angle) / pi
 
     head = _HEAD * min(1.0, root, 1.0 / peclet if peclet else inf)
     return 2 * head + _integral(integrand, (head, pi / 2))
@@ -122,15 +123,11 @@ def remaining(age: Array, moved: Array) -> Array:
     low, high = (np.arcsin(r[under, None] / 2) for r in (near, far))
     half = (high - low) / 2
     angle = low + half * (1 + _POINTS)
-    r = 2 * np.sin(angle)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    r, area = 2 * sine, pi - 2 * angle - 2 * sine * cosine  # C(r)
     spread = r / (2 * t) * np.exp(-((r - way) ** 2) / (4 * t)) * i0e(r * way / (2 * t))
-    result[under] = (_common_area(angle) * spread * 2 * np.cos(angle) * half) @ _POINT_WEIGHTS / pi
+    result[under] = (area * spread * 2 * cosine * half) @ _POINT_WEIGHTS / pi
     return result
-
-
-def _common_area(angle: Array) -> Array:
-    """Return C(r) with r = 2 sin(angle)."""
-    return pi - 2 * angle - np.sin(2 * angle)
 
 
 def _fading(x: Array) -> Array:
@@ -184,7 +181,7 @@ def _mean_over_laps(ages: Array, weights: Array, time: float, track: float) -> f
         return 2 * (j1(q) / q) ** 2 * around * ((late - early) @ weights)
 
     start = 1e-12 * min(1.0, 1 / track, 1.0 if isinf(time) else 1 / sqrt(time))
-    end = min(6.5 / sqrt(float(ages.min())), _SHORT)
+    end = min(6.5 / sqrt(float(ages.min())), max(_SHORT[0], _SHORT[1] * time ** (-1 / 6)))
     turns = (x / track for x in _ROUND if x / track < end)
     return float(of_wave(np.array(start))) * start + _integral(of_wave, (start, *turns, end))
 

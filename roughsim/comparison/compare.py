@@ -351,8 +351,8 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield from marks_in_words(comparison.unknown, {row.note for row in comparison.rows})
     if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
         yield (
-            f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, above its temperature when "
-            "sliding began. T₀ is from the theory of heat, not simulated"
+            f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, steady without one, above its "
+            "temperature when sliding began. T₀ is from the theory of heat, not simulated"
             + (
                 ", but in the column sliding from the slide, of endless planes."
                 if comparison.run.numerics.slide is not None

@@ -6,6 +6,7 @@ simulation: it does not disturb their ratio.
 """
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from itertools import pairwise
 from math import inf, nan
@@ -271,21 +272,30 @@ def warming_lengths(scene: Scene, speed: float, bodies: Conduction) -> tuple[flo
         sliding.duration, sliding.contact_radius, sliding.track_radius
     )
     moving, resting = thermal_bodies(bodies)
-    try:
+    with _in_words_of(scene):
         length = theory.background.heat_length(moving, nominal, speed)
         if sliding.heat_partition != "total" or resting is None:
             return length, 0.0
         return length, theory.background.heat_length(resting, nominal)
+
+
+@contextmanager
+def _in_words_of(scene: Scene) -> Iterator[None]:
+    """Name the key of a scene that a background of the theory refuses; SceneError."""
+    try:
+        yield
     except ValueError as error:
-        key, reason = str(error).split(": ", 1)
-        unit = "s" if key == "duration" else "m"
-        raise SceneError(
-            f"sliding.{key} = {getattr(sliding, key):.4g} {unit} is too short: {reason}"
-        ) from None
+        key, _, reason = str(error).partition(": ")
+        if key not in ("duration", "contact_radius"):
+            raise
+        lacks = "s is too short" if key == "duration" else "m is too small"
+        value = getattr(scene.sliding, key)
+        raise SceneError(f"sliding.{key} = {value:.4g} {lacks}: {reason}") from None
     except ArithmeticError as error:
-        raise SceneError(
-            f"sliding.contact_radius = {sliding.contact_radius:.4g} m: {error}"
-        ) from None
+        radius = scene.sliding.contact_radius
+        if radius is None:
+            raise
+        raise SceneError(f"sliding.contact_radius = {radius:.4g} m: {error}") from None
 
 
 def heat_partition(
@@ -331,19 +341,20 @@ def share_of(
     contact: dict[str, Any] = {"spectrum": spectrum} | stress_arguments(scene)
     if stress is not None:
         contact = {"stress_spectrum": stress, "nominal_pressure": scene.sliding.nominal_pressure}
-    share = theory.partition.moving_share(
-        speed,
-        **contact,
-        conductivity=bodies.conductivity,
-        diffusivity=bodies.diffusivity,
-        resting_conductivity=bodies.counter_conductivity,
-        resting_diffusivity=bodies.counter_diffusivity,
-        **layer_arguments(bodies),
-        resting_skin=bodies.counter_layers.skin,
-        resting_heat_depth=bodies.counter_layers.heat_depth,
-        rule=rule,
-        **(_total_arguments(scene) if rule == "total" else {}),
-    )
+    with _in_words_of(scene):
+        share = theory.partition.moving_share(
+            speed,
+            **contact,
+            conductivity=bodies.conductivity,
+            diffusivity=bodies.diffusivity,
+            resting_conductivity=bodies.counter_conductivity,
+            resting_diffusivity=bodies.counter_diffusivity,
+            **layer_arguments(bodies),
+            resting_skin=bodies.counter_layers.skin,
+            resting_heat_depth=bodies.counter_layers.heat_depth,
+            rule=rule,
+            **(_total_arguments(scene) if rule == "total" else {}),
+        )
     return np.asarray(share, dtype=np.float64)
 
 

@@ -115,12 +115,12 @@ def _of_nominal_contact(scene: Scene) -> Iterator[Remark]:
     if sliding.contact_radius is None:
         return
     track = sliding.track_radius
-    way = "straight" if track is None else f"round a track of radius {track:.4g} m"
+    way = "straight" if track is None else f"round a track of radius {1e3 * track:.4g} mm"
     when = "steady" if sliding.duration is None else f"after {sliding.duration:.4g} s"
     because = f"the counterface carries it, [body] slides under it {way}; T₀ {when}, mean over the contact"
     if sliding.history == SLIDING:
         because += "; the column sliding warms endless planes"
-    value = f"round, of radius {sliding.contact_radius:.4g} m"
+    value = f"round, of radius {1e3 * sliding.contact_radius:.4g} mm"
     yield Remark("assumption", "nominal contact", because, value)
 
 

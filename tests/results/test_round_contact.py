@@ -152,7 +152,7 @@ REFUSED = {
     "sliding.track_radius = 0.001 m must be at least the contact_radius of 0.003 m": f'{ROUND_STEEL}\ntrack_radius = "1 mm"',
     "sliding.contact_radius = ": 'contact_radius = "-3 mm"',
     'sliding.heat_partition = "total" needs the time': 'heat_partition = "total"',
-    "sliding.contact_radius = 0.003 m is too short: heat spreads": f"{ROUND_STEEL}\n",
+    "sliding.contact_radius = 0.003 m is too small: heat spreads": f"{ROUND_STEEL}\n",
 }
 
 
@@ -168,7 +168,7 @@ def steel(keys, body="", other=""):
 
 @pytest.mark.parametrize("words", REFUSED)
 def test_round_contacts_that_are_refused(words):
-    skin = 'skin = { thickness = "0.3 mm", conductivity = 3 }' if "too short" in words else ""
+    skin = 'skin = { thickness = "0.3 mm", conductivity = 3 }' if "too small" in words else ""
     with pytest.raises(SceneError) as refused:
         prediction.background(steel(REFUSED[words], skin))
     assert words in str(refused.value)
@@ -252,8 +252,8 @@ def test_statement_of_a_round_contact():
     (said,) = (one for one in statements(steel(given)) if one.quantity == "nominal contact")
     words = f"{said.value}: {said}"
     for part in (
-        "radius 0.003 m",
-        "track of radius 0.025 m",
+        "radius 3 mm",
+        "track of radius 25 mm",
         "after 1 s",
         "sliding warms endless planes",
     ):
