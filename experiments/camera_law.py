@@ -21,7 +21,7 @@ from script import Command, Row, Rows, write_evidence
 import roughsim as rs
 from theory import camera, persson, plasticity
 
-SEED, CONTACTS, SURFACES = 600, 15, 12
+SEED, CONTACTS, SURFACES = 600, 15, 24
 SIGMA = 2 * sqrt(2 * np.log(2))  # FWHM of a Gaussian over its standard deviation
 KINDS = "blurred", "exposed", "behind"
 
@@ -108,7 +108,7 @@ def contacts(seed: int, count: int) -> list[Drawn]:
             one.stress_spectrum()
         except ValueError:
             continue
-        if one.kind != "behind" or one.speed * one.behind > 5 * one.body["diffusivity"]:
+        if one.kind != "behind" or one.speed * view(one).behind > 5 * one.body["diffusivity"]:
             found.append(one)
     return found
 
@@ -140,7 +140,7 @@ def exposed_pixels(one: Drawn) -> int:
 
 def line_behind(one: Drawn) -> int:
     """Return the row of pixels next to the distance behind the edge, which is half a pixel before the middle row."""
-    return one.grid.shape[0] // 2 - max(1, round(one.behind / one.grid.spacing[0] + 0.5))
+    return one.grid.shape[0] // 2 - max(2, round(one.behind / one.grid.spacing[0] + 0.5))
 
 
 def view(one: Drawn) -> camera.View:
