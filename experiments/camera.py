@@ -191,7 +191,7 @@ def table_of(found: dict[tuple[str, float], list[Row]]) -> list[list[str]]:
 
 def main() -> None:
     options = Command(__file__, __doc__).parse()
-    points, pictures, positions = (128, 3, 4) if options.toy else (1024, 48, 96)
+    points, pictures, positions = (128, 3, 4) if options.toy else (1024, 48, 48)
     grids = {n: rs.Grid((3 * n // 2, n), SIDES) for n in (points, points // 2)}
     fine, coarse = grids.values()
     rows = Rows(options.output / f"pictures-{points}.json", resume=True)
@@ -210,7 +210,10 @@ def main() -> None:
             for seed in range(count)
         ]
         mean, error, scatter = mean_of(found[kind, hardness], "behind 20")
-        print(f"{kind}, {hardness / 1e9:g} GPa: {mean:.0f} ± {error:.0f} K, {scatter:.0f} K apart")
+        print(
+            f"{kind}, {hardness / 1e9:g} GPa: {mean:.0f} ± {error:.0f} K, {scatter:.0f} K apart",
+            flush=True,
+        )
     radiance = [
         rows.once("radiance", str(seed), lambda seed=seed: readings(fine, seed))
         for seed in range(max(2, pictures // 6))

@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, pi, sqrt
+from pathlib import Path
 
 import numpy as np
+from figures.style import BLUE, GREEN, ORANGE, new_figure
 from scipy.ndimage import gaussian_filter, gaussian_filter1d, uniform_filter1d
 from script import Command, Row, Rows, write_evidence
 
@@ -23,7 +25,7 @@ from theory import camera, persson, plasticity
 
 SEED, CONTACTS, SURFACES = 600, 15, 24
 SIGMA = 2 * sqrt(2 * np.log(2))  # FWHM of a Gaussian over its standard deviation
-KINDS = "blurred", "exposed", "behind"
+KINDS = {"blurred": BLUE, "exposed": ORANGE, "behind": GREEN}  # pictures, and their colours
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def contacts(seed: int, count: int) -> list[Drawn]:
     rng, found = np.random.default_rng(seed), []
     while len(found) < count:
         k = len(found)
-        one = draw(rng, KINDS[k % 3], elastic=k % 2 == 0)
+        one = draw(rng, list(KINDS)[k % 3], elastic=k % 2 == 0)
         try:
             one.stress_spectrum()
         except ValueError:
@@ -118,10 +120,10 @@ def mean_square(one: Drawn, pressure: np.ndarray) -> float:
     grid, flux = one.grid, one.speed * pressure
     blur = [one.resolution / SIGMA / d for d in grid.spacing]
     if one.kind != "behind":
-        seen = rs.sliding_temperature(flux, grid, speed=one.speed, **one.body)
+        field = rs.sliding_temperature(flux, grid, speed=one.speed, **one.body)
         if one.kind == "exposed":
-            seen = uniform_filter1d(seen, exposed_pixels(one), axis=0, mode="wrap")
-        return float(np.mean(gaussian_filter(seen, blur, mode="wrap", truncate=6.0) ** 2))
+            field = uniform_filter1d(field, exposed_pixels(one), axis=0, mode="wrap")
+        return float(np.mean(gaussian_filter(field, blur, mode="wrap", truncate=6.0) ** 2))
     half, n = grid.shape[0] // 2, grid.shape[0]
     row, squares = line_behind(one), []
     heated = np.arange(n)[:, None] >= half
@@ -153,8 +155,8 @@ def view(one: Drawn) -> camera.View:
     return camera.View(resolution=one.resolution, smear=smear, slid_distance=half)
 
 
-def compare(one: Drawn, seed: int, surfaces: int) -> Row:
-    """Return the rms of the law and of the simulation for μ = 1, K, and the standard error of their ratio."""
+def seen(one: Drawn, seed: int, surfaces: int) -> Row:
+    """Return the rms of the pictures of several surfaces for μ = 1, K, and its relative standard error."""
     grid, squares = one.grid, []
     solid = rs.Solid(one.modulus, one.hardness)
     for k in range(surfaces):
@@ -162,7 +164,13 @@ def compare(one: Drawn, seed: int, surfaces: int) -> Row:
         heights = rs.synthesize(one.spectrum, grid, rng, amplitudes="fixed")
         contact = rs.solve_contact(heights, grid, solid, nominal_pressure=one.pressure)
         squares.append(mean_square(one, contact.pressure))
-    law = camera.seen_rms(
+    mean, scatter = float(np.mean(squares)), float(np.std(squares, ddof=1))
+    return {"rms": sqrt(mean), "error": scatter / mean / 2 / sqrt(surfaces)}
+
+
+def law(one: Drawn) -> float:
+    """Return the same by the law."""
+    rms = camera.seen_rms(
         one.speed,
         stress_spectrum=one.stress_spectrum(),
         nominal_pressure=one.pressure,
@@ -170,10 +178,19 @@ def compare(one: Drawn, seed: int, surfaces: int) -> Row:
         view=view(one),
         **one.body,
     )
-    mean = float(np.mean(squares))
-    ratio = float(law) / sqrt(mean)
-    error = float(np.std(squares, ddof=1)) / mean / 2 / sqrt(surfaces)
-    return {"law": float(law), "seen": sqrt(mean), "ratio": ratio, "error": ratio * error}
+    return float(rms)
+
+
+def draw_ratios(points: list[tuple[str, float, float, float]], path: Path) -> None:
+    """Draw law/simulation over the speed in v/Dq_r, by kind of picture: (kind, speed, ratio, standard error)."""
+    with new_figure(path, 2.6) as figure:
+        axes = figure.subplots()
+        for kind, colour in KINDS.items():
+            _, speed, ratio, error = zip(*[p for p in points if p[0] == kind], strict=True)
+            axes.errorbar(speed, ratio, error, fmt="o", color=colour, capsize=2.5, label=kind)
+        axes.axhline(1.0, color="0.4", lw=0.8)
+        axes.set(xscale="log", xlabel="$v/Dq_r$", ylabel="rms, law / simulation")
+        axes.legend(ncols=3)
 
 
 def main() -> None:
@@ -181,18 +198,22 @@ def main() -> None:
     count, surfaces = (3, 2) if options.toy else (CONTACTS, SURFACES)
     rows = Rows(options.output / f"contacts-{surfaces}.json", resume=True)
     table = [["picture", "contact", "v/Dq_r", "law/simulation"]]
-    ratios, errors = [], []
+    points = []
     for k, one in enumerate(contacts(SEED, count)):
-        row = rows.once("contacts", str(k), lambda one=one, k=k: compare(one, k, surfaces))
+        row = rows.once("contacts", str(k), lambda one=one, k=k: seen(one, k, surfaces))
+        ratio = law(one) / row["rms"]
         touch = "elastic" if one.hardness == inf else f"σ₀/σ_P = {one.pressure / one.hardness:.2f}"
         peclet = one.speed / one.body["diffusivity"] / one.spectrum.q_roll_off
-        table.append([one.kind, touch, f"{peclet:.3g}", f"{row['ratio']:.3f} ± {row['error']:.3f}"])
+        table.append(
+            [one.kind, touch, f"{peclet:.3g}", f"{ratio:.3f} ± {ratio * row['error']:.3f}"]
+        )
         print(*table[-1], f"{one.grid.shape[0]}²", sep="  ", flush=True)
-        ratios.append(float(row["ratio"]))
-        errors.append(float(row["error"]))
-    off = 100 * (np.array(ratios) - 1)
+        points.append((one.kind, peclet, ratio, ratio * float(row["error"])))
+    draw_ratios(points, options.output / "camera_law.png")
+    ratios, errors = np.array([point[2:] for point in points]).T
+    off = 100 * (ratios - 1)
     numbers = {"contacts": count, "rms": float(np.sqrt(np.mean(off**2)))}
-    numbers |= {"worst": float(off[np.abs(off).argmax()]), "error": 100 * float(np.mean(errors))}
+    numbers |= {"worst": float(off[np.abs(off).argmax()]), "error": 100 * float(errors.mean())}
     print(numbers)
     if options.evidence:
         command = "python experiments/camera_law.py --evidence"

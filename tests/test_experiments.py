@@ -340,3 +340,56 @@ def test_the_table_of_heat_has_the_least_time_to_a_hundredth_or_the_least_error(
         )
     ]
     assert heat.table_of(rows)[1:] == [["Hertz", "free", "3"], ["Hertz", "steady", "(40 %)"]]
+
+
+def test_the_line_behind_the_rim_follows_the_circle(script):
+    camera = script("experiments/camera.py")
+    grid = rs.Grid((192, 128), camera.SIDES)
+    x, y = camera.places(grid)
+    line = camera.along_rim(3.0 * x[:, None] + 5.0 * y, grid, 2e-4)
+    chosen = y[np.abs(y) < 0.9e-3]
+    np.testing.assert_allclose(line, 3.0 * (np.sqrt(1e-6 - chosen**2) - 2e-4) + 5.0 * chosen)
+
+
+def test_a_point_spread_lowers_a_gaussian_track(script):
+    # as high as w/√(w² + s²), by convolution of two Gaussians of full widths w and s
+    camera, pixel, width, spread = script("experiments/camera.py"), 1e-6, 5e-5, 7e-5
+    y = pixel * np.arange(-2000, 2001)
+    line = 7.0 + 300.0 * 2.0 ** -((2 * y / width) ** 2)
+    assert camera.hottest(line, pixel) == pytest.approx(300.0, rel=1e-9)
+    seen = 300.0 * width / np.hypot(width, spread)
+    assert camera.hottest(line, pixel, spread) == pytest.approx(seen, rel=1e-3)
+
+
+def test_radiance_reads_high_by_the_variance_in_the_blur(script):
+    # 1/2 s² f″/f′ of f = exp(−c/T) at T: s²/2 (c/T² − 2/T)
+    camera = script("experiments/camera.py")
+    field = np.where(np.arange(64) % 2, 202.0, 198.0).reshape(8, 8)
+
+    def blur(field):
+        return np.full(field.shape, field.mean())
+
+    c, T = 14387.77 / 0.9, 1173.0
+    high = 2.0**2 / 2 * (c / T**2 - 2 / T)
+    assert camera.radiance_reading(field, blur(field), blur) == pytest.approx(
+        high / 200.0, rel=1e-3
+    )
+
+
+def test_heat_behind_the_rim_is_that_of_moving_point_sources(script):
+    # Rosenthal: q̇ e^(−v(r + x)/2D)/(2πκr), each heated pixel in 9 × 9 parts
+    camera = script("experiments/camera.py")
+    grid = rs.Grid((96, 64), camera.SIDES)
+    stress = np.zeros(grid.shape)
+    stress[60:70, 30:34] = 1e9
+    x, y = camera.places(grid)
+    field, diffusivity = camera.rise(stress, grid, 0.5), 30.0 / (7900 * 500)
+    parts = (np.arange(9) - 4) / 9 * grid.spacing[0]
+    total = 0.0
+    for i, j in zip(*stress.nonzero(), strict=True):
+        along = x[40] - (x[i] + parts)[:, None]
+        apart = np.hypot(along, y[31] - (y[j] + parts))
+        fall = np.exp(-35.0 * (apart + along) / (2 * diffusivity))
+        total += np.mean(fall / apart)
+    heat = 0.5 * 0.11 * 35.0 * 1e9 * grid.spacing[0] ** 2
+    assert field[40, 31] == pytest.approx(heat * total / (2 * pi * 30.0), rel=2e-3)
