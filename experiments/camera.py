@@ -160,6 +160,7 @@ def numbers_of(found: dict[tuple[str, float], list[Row]], radiance: list[Row]) -
     numbers: dict[str, float] = {}
     for (kind, hardness), rows in found.items():
         name = f"{kind}_{hardness / 1e9:g}"
+        numbers[f"{name}_rms"] = float(np.sqrt(mean_of(rows, "variance")[0]))
         for key in rows[0]:
             mean, error, scatter = mean_of(rows, key)
             stem = f"{name}_{key.replace(' ', '_')}"

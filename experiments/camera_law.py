@@ -5,114 +5,29 @@
 Contacts are drawn, elastic and yielding, in three kinds of pictures: of the contact through a point spread, the same
 with an exposure, and of a line behind the straight edge of a contact as long as half the cell. Each is solved for
 several surfaces with the same C(q), and its pictures are taken in real space: a Gaussian filter, and a mean along
-sliding. The law has the calibrated stress spectrum of the same waves and the same slid distance. Scenes outside its
-range are drawn again. Printed: rms of the picture by the law over that of all surfaces.
+sliding. Marches are drawn too: from rest a contact slides by a quarter of the cell, pixel by pixel in the end, and a
+camera on the body, or on the counterface, takes the mean over the last steps. The law has the calibrated stress
+spectrum of the same waves and the same slid distance. Scenes outside its range are drawn again. Printed: rms of the
+picture by the law over that of all surfaces.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf, pi, sqrt
-from pathlib import Path
+from math import inf, sqrt
 
+import figures
 import numpy as np
-from figures.style import BLUE, GREEN, ORANGE, new_figure
+from contacts.pictures import Drawn, contacts, exposed_pixels, line_behind, view
 from scipy.ndimage import gaussian_filter, gaussian_filter1d, uniform_filter1d
-from script import Command, Row, Rows, write_evidence
+from script import Command, Row, Rows, show_on_pages, write_evidence
 
 import roughsim as rs
-from theory import camera, persson, plasticity
+from theory import camera, plasticity
 
-SEED, CONTACTS, SURFACES = 600, 15, 24
+SEED, CONTACTS, SURFACES, MARCHES = 600, 15, 24, 5
+FRAMES = "march, camera on the body", "march, camera on the counterface"
+Point = tuple[str, float, float, float]  # kind of picture, v/Dq_r, ratio, its standard error
 SIGMA = 2 * sqrt(2 * np.log(2))  # FWHM of a Gaussian over its standard deviation
-KINDS = {"blurred": BLUE, "exposed": ORANGE, "behind": GREEN}  # pictures, and their colours
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """A contact and its camera; lengths in m, SI."""
-
-    kind: str
-    spectrum: rs.SelfAffineSpectrum
-    waves: int  # longest waves along a side
-    pixels: int  # per shortest wave
-    modulus: float
-    pressure: float
-    hardness: float
-    speed: float
-    body: dict[str, float]
-    resolution: float
-    smear: float
-    behind: float
-
-    @property
-    def grid(self) -> rs.Grid:
-        """The cell, with about as many pixels per shortest wave as asked for."""
-        q_min, *_, q_max = self.spectrum.breaks
-        points = 16 * round(self.pixels * self.waves * q_max / q_min / 16)
-        side = self.waves * 2 * pi / q_min
-        return rs.Grid((points, points), (side, side))
-
-    def stress_spectrum(self):
-        """Return the calibrated |σ_q|²; ValueError outside its range."""
-        load = {"effective_modulus": self.modulus, "nominal_pressure": self.pressure}
-        if self.hardness == inf:
-            return persson.calibrated_spectrum(self.spectrum, **load)
-        return plasticity.stress_spectrum(self.spectrum, penetration_hardness=self.hardness, **load)
-
-
-def draw(rng: np.random.Generator, kind: str, *, elastic: bool) -> Drawn:
-    """Return a contact with a camera."""
-
-    def log(low: float, high: float) -> float:
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
-    q_min, rolled, band = log(3e3, 3e4), log(1.5, 4.0), log(4.0, 8.0) if elastic else log(6.0, 16.0)
-    q_roll_off, exponent = rolled * q_min, float(rng.choice([0.0, 1.5]))
-    spectrum = rs.SelfAffineSpectrum.from_rms_slope(
-        log(0.02, 0.3),
-        hurst=rng.uniform(0.4, 1.0),
-        q_min=q_min,
-        q_roll_off=q_roll_off,
-        q_max=band * q_roll_off,
-        roll_off_exponent=exponent,
-    )
-    modulus, load = log(5e9, 3e11), log(0.02, 0.15)
-    pressure = load * modulus * spectrum.rms_slope
-    hardness = inf if elastic else pressure / log(0.02, 0.3)
-    conductivity, diffusivity = log(1.0, 100.0), log(1e-6, 5e-5)
-    wave = 2 * pi / q_roll_off
-    behind = log(0.02, 0.3) * wave
-    peclet = log(100.0, 1000.0) if kind == "behind" else log(0.3, 300.0)  # v/(D q_r)
-    return Drawn(
-        kind=kind,
-        spectrum=spectrum,
-        waves=4,
-        pixels=8 if elastic else 4,
-        modulus=modulus,
-        pressure=pressure,
-        hardness=hardness,
-        speed=peclet * diffusivity * q_roll_off,
-        body={"conductivity": conductivity, "diffusivity": diffusivity},
-        resolution=log(0.03, 0.4) * wave,
-        smear=log(0.1, 2.0) * wave,
-        behind=behind,
-    )
-
-
-def contacts(seed: int, count: int) -> list[Drawn]:
-    """Return as many contacts as asked for, each within the range of the law; kinds and yielding take turns."""
-    rng, found = np.random.default_rng(seed), []
-    while len(found) < count:
-        k = len(found)
-        one = draw(rng, list(KINDS)[k % 3], elastic=k % 2 == 0)
-        try:
-            one.stress_spectrum()
-        except ValueError:
-            continue
-        if one.kind != "behind" or one.speed * view(one).behind > 5 * one.body["diffusivity"]:
-            found.append(one)
-    return found
 
 
 def mean_square(one: Drawn, pressure: np.ndarray) -> float:
@@ -135,89 +50,153 @@ def mean_square(one: Drawn, pressure: np.ndarray) -> float:
     return float(np.mean(squares))
 
 
-def exposed_pixels(one: Drawn) -> int:
-    """Return the odd number of pixels that the contact moves by during the exposure."""
-    return 2 * round((one.smear / one.grid.spacing[0] - 1) / 2) + 1
+def steps(one: Drawn) -> tuple[int, int]:
+    """Return the number of steps of a march during the exposure, and their pixels."""
+    pixels = exposed_pixels(one)
+    step = max(1, pixels // 8)
+    return max(2, round(pixels / step)), step
 
 
-def line_behind(one: Drawn) -> int:
-    """Return the row of pixels next to the distance behind the edge, which is half a pixel before the middle row."""
-    return one.grid.shape[0] // 2 - max(2, round(one.behind / one.grid.spacing[0] + 0.5))
+def march(one: Drawn, pressure: np.ndarray) -> tuple[float, float]:
+    """Return the mean squares of the pictures from the body and from the counterface for μ = 1, K²."""
+    grid, (count, step) = one.grid, steps(one)
+    slid = grid.lengths[0] / 4 - np.arange(count)[::-1] * step * grid.spacing[0]
+    fields = rs.sliding_temperature(
+        one.speed * pressure, grid, speed=one.speed, time=slid / one.speed, **one.body
+    )
+    moved = [np.roll(field, k * step, axis=0) for k, field in enumerate(fields)]
+    blur = [one.resolution / SIGMA / d for d in grid.spacing]
+    pictures = np.mean(moved, axis=0), np.mean(fields, axis=0)
+    body, counterface = (
+        float(np.mean(gaussian_filter(each, blur, mode="wrap", truncate=6.0) ** 2))
+        for each in pictures
+    )
+    return body, counterface
 
 
-def view(one: Drawn) -> camera.View:
-    """Return the picture as the law takes it, with lengths of whole pixels."""
-    pixel, half = one.grid.spacing[0], one.grid.lengths[0] / 2
-    if one.kind == "behind":
-        behind = (one.grid.shape[0] // 2 - 0.5 - line_behind(one)) * pixel
-        return camera.View(resolution=one.resolution, behind=behind, contact_length=half)
-    smear = exposed_pixels(one) * pixel if one.kind == "exposed" else 0.0
-    return camera.View(resolution=one.resolution, smear=smear, slid_distance=half)
+def marched_view(one: Drawn, frame: str) -> camera.View:
+    """Return the picture of a march as the law takes it: the distance slid until the middle of the exposure."""
+    (count, step), pixel = steps(one), one.grid.spacing[0]
+    middle = one.grid.lengths[0] / 4 - (count - 1) / 2 * step * pixel
+    smear = count * step * pixel if frame == FRAMES[0] else 0.0
+    return camera.View(resolution=one.resolution, smear=smear, slid_distance=middle)
 
 
-def seen(one: Drawn, seed: int, surfaces: int) -> Row:
-    """Return the rms of the pictures of several surfaces for μ = 1, K, and its relative standard error."""
+def seen(one: Drawn, seed: int, surfaces: int, *, marches: bool = False) -> Row:
+    """Return the rms of the pictures of several surfaces for μ = 1, K, and their relative standard errors."""
     grid, squares = one.grid, []
     solid = rs.Solid(one.modulus, one.hardness)
     for k in range(surfaces):
         rng = np.random.default_rng([seed, k])
         heights = rs.synthesize(one.spectrum, grid, rng, amplitudes="fixed")
         contact = rs.solve_contact(heights, grid, solid, nominal_pressure=one.pressure)
-        squares.append(mean_square(one, contact.pressure))
-    mean, scatter = float(np.mean(squares)), float(np.std(squares, ddof=1))
-    return {"rms": sqrt(mean), "error": scatter / mean / 2 / sqrt(surfaces)}
+        taken = march if marches else mean_square
+        squares.append(np.atleast_1d(taken(one, contact.pressure)))
+    means, scatter = np.mean(squares, axis=0), np.std(squares, axis=0, ddof=1)
+    row: Row = {}
+    for kind, mean, apart in zip(FRAMES if marches else [one.kind], means, scatter, strict=True):
+        row[kind] = sqrt(mean)
+        row[f"{kind}, error"] = float(apart / mean / 2 / sqrt(surfaces))
+    return row
 
 
-def law(one: Drawn) -> float:
+def law(one: Drawn, picture: camera.View) -> float:
     """Return the same by the law."""
     rms = camera.seen_rms(
         one.speed,
         stress_spectrum=one.stress_spectrum(),
         nominal_pressure=one.pressure,
         friction_coefficient=1.0,
-        view=view(one),
+        view=picture,
         **one.body,
     )
     return float(rms)
 
 
-def draw_ratios(points: list[tuple[str, float, float, float]], path: Path) -> None:
-    """Draw law/simulation over the speed in v/Dq_r, by kind of picture: (kind, speed, ratio, standard error)."""
-    with new_figure(path, 2.6) as figure:
-        axes = figure.subplots()
-        for kind, colour in KINDS.items():
-            _, speed, ratio, error = zip(*[p for p in points if p[0] == kind], strict=True)
-            axes.errorbar(speed, ratio, error, fmt="o", color=colour, capsize=2.5, label=kind)
-        axes.axhline(1.0, color="0.4", lw=0.8)
-        axes.set(xscale="log", xlabel="$v/Dq_r$", ylabel="rms, law / simulation")
-        axes.legend(ncols=3)
+def of_steel() -> dict[str, float]:
+    """Return rms by the law for steel-1.2GPa at 35 m/s, share .938, K, after 2 mm, and along the rim of camera.py."""
+    scene = rs.load_scene("steel-1.2GPa")
+    cut = rs.Grid((1536, 1024), (6e-3, 4e-3)).nyquist / 2
+
+    def rms(view: camera.View, spectrum=scene.spectrum) -> float:
+        stress = plasticity.stress_spectrum(
+            spectrum,
+            effective_modulus=scene.effective_modulus,
+            nominal_pressure=90e6,
+            penetration_hardness=scene.penetration_hardness,
+        )
+        steel = {"conductivity": 30.0, "diffusivity": scene.conduction().diffusivity}
+        load = {"nominal_pressure": 90e6, "friction_coefficient": 0.11}
+        return 0.938 * float(
+            camera.seen_rms(35.0, stress_spectrum=stress, view=view, **steel, **load)
+        )
+
+    numbers = {"sharp": rms(camera.View(slid_distance=2e-3))}
+    for spread in (4, 19, 70):
+        view = camera.View(resolution=spread * 1e-6, slid_distance=2e-3)
+        numbers[f"spread_{spread}"] = rms(view)
+    for smear in (100, 1000):
+        numbers[f"smear_{smear}"] = rms(camera.View(smear=smear * 1e-6, slid_distance=2e-3))
+    for behind in (20, 100, 500):
+        view = camera.View(behind=behind * 1e-6, contact_length=2e-3)
+        numbers[f"behind_{behind}"] = rms(view)
+    view = camera.View(behind=20e-6, contact_length=3.95e-3)
+    return numbers | {"rim": rms(view, scene.spectrum.truncated(q_max=cut))}
+
+
+def instruments(numbers: dict[str, float]) -> list[list[str]]:
+    """Return the table of what a camera changes of the rms of steel."""
+    heads = ["sharp", "4 µm", "19 µm", "70 µm", "l = 100 µm", "l = 1 mm"]
+    heads += [f"d = {d} µm" for d in (20, 100, 500)]
+    names = "sharp", "spread_4", "spread_19", "spread_70", "smear_100", "smear_1000"
+    values = [numbers[name] for name in (*names, "behind_20", "behind_100", "behind_500")]
+    return [["", *heads], ["rms, K", *(f"{value:.0f}" for value in values)]]
+
+
+def compared(one: Drawn, row: Row, kind: str, picture: camera.View) -> Point:
+    """Return kind, v/Dq_r, law over simulation and its standard error; print them."""
+    peclet = one.speed / one.body["diffusivity"] / one.spectrum.q_roll_off
+    ratio = law(one, picture) / float(row[kind])
+    error = ratio * float(row[f"{kind}, error"])
+    touch = "elastic" if one.hardness == inf else f"σ₀/σ_P = {one.pressure / one.hardness:.2f}"
+    print(f"{kind}, {touch}, v/Dq_r = {peclet:.3g}: {ratio:.3f} ± {error:.3f}", flush=True)
+    return kind, peclet, ratio, error
+
+
+def summary(points: list[Point], name: str) -> dict[str, float]:
+    """Return number, rms and worst of law/simulation − 1, %, and the mean standard error."""
+    off = 100 * (np.array([point[2] for point in points]) - 1)
+    numbers = {name: len(points), f"{name}_rms": float(np.sqrt(np.mean(off**2)))}
+    numbers[f"{name}_worst"] = float(off[np.abs(off).argmax()])
+    return numbers | {f"{name}_error": 100 * float(np.mean([point[3] for point in points]))}
 
 
 def main() -> None:
-    options = Command(__file__, __doc__, "three contacts, two surfaces of each").parse()
-    count, surfaces = (3, 2) if options.toy else (CONTACTS, SURFACES)
-    rows = Rows(options.output / f"contacts-{surfaces}.json", resume=True)
-    table = [["picture", "contact", "v/Dq_r", "law/simulation"]]
-    points = []
+    options = Command(__file__, __doc__, "three contacts, a march, two surfaces of each").parse()
+    count, marches, surfaces = (3, 1, 2) if options.toy else (CONTACTS, MARCHES, SURFACES)
+    rows = Rows(options.output / f"pictures-{surfaces}.json", resume=True)
+    still, marched = [], []
     for k, one in enumerate(contacts(SEED, count)):
         row = rows.once("contacts", str(k), lambda one=one, k=k: seen(one, k, surfaces))
-        ratio = law(one) / row["rms"]
-        touch = "elastic" if one.hardness == inf else f"σ₀/σ_P = {one.pressure / one.hardness:.2f}"
-        peclet = one.speed / one.body["diffusivity"] / one.spectrum.q_roll_off
-        table.append(
-            [one.kind, touch, f"{peclet:.3g}", f"{ratio:.3f} ± {ratio * row['error']:.3f}"]
+        still.append(compared(one, row, one.kind, view(one)))
+    for k, one in enumerate(contacts(SEED + 1, marches, ("exposed",))):
+        row = rows.once(
+            "marches",
+            str(k),
+            lambda one=one, k=k: seen(one, k, max(2, surfaces // 2), marches=True),
         )
-        print(*table[-1], f"{one.grid.shape[0]}²", sep="  ", flush=True)
-        points.append((one.kind, peclet, ratio, ratio * float(row["error"])))
-    draw_ratios(points, options.output / "camera_law.png")
-    ratios, errors = np.array([point[2:] for point in points]).T
-    off = 100 * (ratios - 1)
-    numbers = {"contacts": count, "rms": float(np.sqrt(np.mean(off**2)))}
-    numbers |= {"worst": float(off[np.abs(off).argmax()]), "error": 100 * float(errors.mean())}
-    print(numbers)
+        marched += [compared(one, row, frame, marched_view(one, frame)) for frame in FRAMES]
+    numbers = summary(still, "contacts") | summary(marched, "marches") | of_steel()
+    print(*(f"{name}: {value:.4g}" for name, value in numbers.items()), sep="\n")
+    figures.camera_law(still + marched, options.output / "camera_law.png")
     if options.evidence:
+        points = [
+            dict(zip(("kind", "speed", "ratio", "error"), p, strict=True)) for p in still + marched
+        ]
         command = "python experiments/camera_law.py --evidence"
-        write_evidence("camera_law", command, numbers=numbers, tables={"law": table})
+        tables = {"instruments": instruments(numbers)}
+        write_evidence("camera_law", command, rows=points, numbers=numbers, tables=tables)
+        show_on_pages(options.output / "camera_law.png")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Figures of docs/figures that are drawn from the files of docs/evidence, in one style."""
 
 from .accuracy import one_contact
-from .camera import camera
+from .camera import camera, camera_law
 from .chain import chain
 from .contact import SOLVERS, contact_cost, contact_error
 from .coverage import coverage
@@ -12,6 +12,7 @@ from .limits import limits_of_heat, limits_of_pixel, limits_of_solvers, limits_o
 __all__ = [
     "SOLVERS",
     "camera",
+    "camera_law",
     "chain",
     "contact_cost",
     "contact_error",

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from .style import BLUE, ORANGE, new_figure
+from .style import BLUE, GREEN, ORANGE, PINK, SKY, new_figure
 
 Points = list[tuple[float, float, float]]  # hardness, Pa; hottest track and its scatter, K
 NAMES = {"one": "one rough face, share .938", "two": "two rough faces, share ½"}
@@ -51,3 +51,16 @@ def draw_hottest(axes: Axes, hot: dict[str, Points]) -> None:
     axes.minorticks_off()
     axes.set(xlabel="hardness (GPa)", ylabel="hottest track (K)")
     axes.legend(loc="upper left", ncols=2)
+
+
+def camera_law(points: list[tuple[str, float, float, float]], path: Path) -> None:
+    """Draw law/simulation over v/Dq_r by kind of picture: (kind, v/Dq_r, ratio, standard error)."""
+    kinds = list(dict.fromkeys(point[0] for point in points))
+    with new_figure(path, 2.8) as figure:
+        axes = figure.subplots()
+        for kind, colour in zip(kinds, (BLUE, ORANGE, GREEN, PINK, SKY), strict=False):
+            _, speed, ratio, error = zip(*[p for p in points if p[0] == kind], strict=True)
+            axes.errorbar(speed, ratio, error, fmt="o", color=colour, capsize=2.5, label=kind)
+        axes.axhline(1.0, color="0.4", lw=0.8)
+        axes.set(xscale="log", xlabel="speed, $v/Dq_r$", ylabel="rms, law / simulation")
+        figure.legend(loc="outside lower center", ncols=3)
