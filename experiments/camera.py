@@ -11,7 +11,7 @@ long as the grid. The hottest track is the highest temperature 20 µm behind the
 - two faces: both are rough and share the heat evenly; long exposure, the mean over positions of the moving face.
 
 A point spread is a Gaussian across the tracks along the rim, and in both directions on maps. A radiance camera at
-0.9 µm averages exp(−c₂/λT), and shows the temperature with this mean; the background is 973 K.
+0.9 µm averages exp(−c₂/λT), and shows the temperature with this mean; the mean temperature is 973 K.
 """
 
 from __future__ import annotations
@@ -120,20 +120,24 @@ def tracks(kind: str, hardness: float, grid: rs.Grid, seed: int, positions: int)
 
 
 def radiance_reading(field: np.ndarray, seen: np.ndarray, blur) -> float:
-    """Return by how much the hottest pixels of a radiance camera read higher than those of the blurred T, less 1."""
+    """Return by how much the hottest part of a picture by radiance is hotter than that of the blurred T, less 1."""
     reading = -WIEN / np.log(blur(np.exp(-WIEN / (BACKGROUND + field)))) - BACKGROUND
     count = max(1, round(HOTTEST * field.size))
-    most = np.argpartition(seen.ravel(), -count)[-count:]
-    return float(reading.ravel()[most].mean() / seen.ravel()[most].mean() - 1.0)
+    most = [np.partition(each.ravel(), -count)[-count:].mean() for each in (reading, seen)]
+    return float(most[0] / most[1] - 1.0)
 
 
 def readings(grid: rs.Grid, seed: int) -> Row:
-    """Return what radiance adds to the hottest part of a map of the whole contact, one face, by blur in µm."""
-    field = rise(pressure("one", 1.2e9, grid, seed, 1), grid, SHARE["one"])
-    spreads = {f"{1e6 * s:g}": [s / SIGMA / d for d in grid.spacing] for s in SPREADS[:3]}
-    ways = {name: lambda map_, s=s: gaussian_filter(map_, s) for name, s in spreads.items()}
+    """Return what radiance adds to the hottest part of a map of the contact of one rough face, by blur in µm."""
+    stress = pressure("one", 1.2e9, grid, seed, 1)
+    flux = SHARE["one"] * FRICTION * SPEED * stress
+    field = rs.sliding_temperature(flux, grid, speed=SPEED, **BODY)
+    spreads = {f"{1e6 * s:g}": s / SIGMA / grid.spacing[0] for s in SPREADS[:3]}
+    ways = {
+        name: lambda map_, s=s: gaussian_filter(map_, s, mode="wrap") for name, s in spreads.items()
+    }
     pixels = round(1e-3 / grid.spacing[0])
-    ways["exposure"] = lambda map_: uniform_filter1d(map_, pixels, axis=0)
+    ways["exposure"] = lambda map_: uniform_filter1d(map_, pixels, axis=0, mode="wrap")
     return {name: radiance_reading(field, blur(field), blur) for name, blur in ways.items()}
 
 
@@ -215,8 +219,9 @@ def main() -> None:
             f"{kind}, {hardness / 1e9:g} GPa: {mean:.0f} ± {error:.0f} K, {scatter:.0f} K apart",
             flush=True,
         )
+    square = rs.Grid((2 * points, 2 * points), (SIDES[1], SIDES[1]))
     radiance = [
-        rows.once("radiance", str(seed), lambda seed=seed: readings(fine, seed))
+        rows.once("hottest", str(seed), lambda seed=seed: readings(square, seed))
         for seed in range(max(2, pictures // 6))
     ]
     table, numbers = table_of(found), numbers_of(found, radiance)
@@ -228,9 +233,11 @@ def main() -> None:
         for kind, hardnesses in HARDNESSES.items()
     }
     one = picture("one", 1.2e9, fine, SHOWN, 1)
-    maps = {f"{1e6 * s:g} µm": through_hole(one, fine, s) for s in (4e-6, 19e-6, 70e-6)}
+    maps = {
+        f"one rough face, {1e6 * s:g} µm": through_hole(one, fine, s) for s in (4e-6, 19e-6, 70e-6)
+    }
     two = picture("two", 1.2e9, coarse, SHOWN, positions)
-    maps["two rough faces, 4 µm"] = through_hole(two, coarse, 4e-6)
+    maps["two rough faces, long exposure, 4 µm"] = through_hole(two, coarse, 4e-6)
     figures.camera(maps, hot, RADIUS, path)
     if options.evidence:
         command = "python experiments/camera.py --evidence"

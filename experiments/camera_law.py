@@ -141,7 +141,8 @@ def of_steel() -> dict[str, float]:
         view = camera.View(behind=behind * 1e-6, contact_length=2e-3)
         numbers[f"behind_{behind}"] = rms(view)
     view = camera.View(behind=20e-6, contact_length=3.95e-3)
-    return numbers | {"rim": rms(view, scene.spectrum.truncated(q_max=cut))}
+    rim = rms(view, scene.spectrum.truncated(q_max=cut))
+    return numbers | {"rim": rim, "cut_off": 100 * (rim / rms(view) - 1)}
 
 
 def instruments(numbers: dict[str, float]) -> list[list[str]]:

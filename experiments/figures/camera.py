@@ -23,7 +23,7 @@ def camera(maps: dict[str, np.ndarray], hot: dict[str, Points], radius: float, p
         edge = 1e3 * radius
         for panel, (title, seen) in zip(panels.flat, maps.items(), strict=True):
             extent = (-edge, edge, -edge, edge)
-            look = {"cmap": "inferno", "vmin": -150, "vmax": 350, "extent": extent}
+            look = {"cmap": "inferno", "vmin": -150, "vmax": 300, "extent": extent}
             image = panel.imshow(seen.T, origin="lower", interpolation="nearest", **look)
             panel.set(title=title, xticks=(-1, 0, 1), yticks=(-1, 0, 1))
             panel.grid(visible=False)
@@ -40,7 +40,7 @@ def draw_hottest(axes: Axes, hot: dict[str, Points]) -> None:
     """Draw the hottest track over hardness, with its scatter between pictures."""
     low, high = (1 - MARGIN) * MEASURED, (1 + MARGIN) * MEASURED
     axes.axhspan(low, high, color="0.88", lw=0)
-    axes.text(0.42, MEASURED, "measured", va="center", fontsize=8.5)
+    axes.text(1.55, MEASURED, "measured", va="center", fontsize=8.5)
     for kind, points in hot.items():
         hardness, mean, scatter = np.array(points).T
         look = {"color": COLOURS[kind], "marker": "o", "capsize": 2.5, "label": NAMES[kind]}
@@ -60,7 +60,8 @@ def camera_law(points: list[tuple[str, float, float, float]], path: Path) -> Non
         axes = figure.subplots()
         for kind, colour in zip(kinds, (BLUE, ORANGE, GREEN, PINK, SKY), strict=False):
             _, speed, ratio, error = zip(*[p for p in points if p[0] == kind], strict=True)
-            axes.errorbar(speed, ratio, error, fmt="o", color=colour, capsize=2.5, label=kind)
+            look = {"fmt": "o", "color": colour, "capsize": 2.5}
+            axes.errorbar(speed, ratio, error, label=kind.replace("camera on the ", ""), **look)
         axes.axhline(1.0, color="0.4", lw=0.8)
         axes.set(xscale="log", xlabel="speed, $v/Dq_r$", ylabel="rms, law / simulation")
         figure.legend(loc="outside lower center", ncols=3)
