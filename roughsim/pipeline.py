@@ -20,6 +20,7 @@ from roughsim.contact import Contact, Solid
 from roughsim.extensions import INSIDE, loaded
 from roughsim.grid import Field, Grid
 from roughsim.machine import BYTES_PER_POINT
+from roughsim.observables.camera import Camera, hottest_of
 from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Measured
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
@@ -28,7 +29,7 @@ from roughsim.surface.spectrum import Spectrum
 from roughsim.surface.synthesis import synthesize
 
 # fields of a problem that do not concern the contact, and those that do not concern the surface
-_HEAT_KEYS = ("sliding", "distribution")
+_HEAT_KEYS = ("sliding", "distribution", "camera")
 _CONTACT_KEYS = ("solid", "nominal_pressure", "tolerance", "precision", "solver", *_HEAT_KEYS)
 
 
@@ -56,6 +57,7 @@ class Problem:
     distribution: SlideFromRest | None = (
         None  # after which the distribution of the temperature is taken; None: it is not
     )
+    camera: Camera | None = None  # that looks at the temperature
 
     @property
     def memory(self) -> float:
@@ -130,6 +132,10 @@ def solve_problem(
                 moments.flash_temperature,
                 problem.distribution,
             )
+        seen = None
+        if problem.camera is not None:
+            pressure, spectrum = contact.pressure, moments.stress_spectrum
+            seen = hottest_of(pressure, problem.grid, spectrum, problem.sliding, problem.camera)
         measured = time.perf_counter()
     return Solution(
         grid=problem.grid,
@@ -138,6 +144,7 @@ def solve_problem(
         observables=moments,
         peak_volume=peaks,
         distribution=distribution,
+        seen_99=seen,
         seconds={
             "surface": drawn - began,
             "contact": solved - drawn,

@@ -329,7 +329,7 @@ class _Picture:
         fades = low * np.cos(edges[1:]) * distance < _FADED
         counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0)).astype(int)
         ends = zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True)
-        pieces = [np.linspace(start, stop, count, endpoint=False) for start, stop, count in ends]
+        pieces = [a + (b - a) / n * np.arange(n) for a, b, n in ends]
         return np.append(np.concatenate(pieces), edges[-1])
 
     def _power(self, along: Array, across: Array) -> Array:

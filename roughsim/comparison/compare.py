@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from roughsim.comparison.camera import pictured
 from roughsim.comparison.slope import Slope, stress_slope
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.estimate.levels import FLASH
@@ -271,6 +272,7 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
         if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
         else ""
     )
+    ratios += pictured(run.scene, comparison.columns, run.numerics.columns[-1])
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
     notes += [*map(str, comparison.judged.statements), *marked(comparison.judged.warnings)]
     notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]

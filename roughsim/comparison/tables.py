@@ -1,6 +1,6 @@
 """Tables of the theory, of its error and of the error budget of a run; the theory as JSON values."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from math import isnan
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughsim import prediction
+from roughsim.comparison.camera import seen
 from roughsim.comparison.trust import Trust
 from roughsim.estimate import fields
 from roughsim.estimate.asked import ABOUT, asked_names
@@ -69,6 +70,9 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
         "range": law.range,
         "heat_partition": prediction.calibrated_share(scene),
     } | _distribution_values(scene)
+    for name, by_theory, by_law in _seen(scene):
+        values["calibrated"][name] = _with_errors(by_law)
+        values |= {} if by_theory is None else {name: by_theory.mean}
     if scene.sliding.history == SLIDING:
         slid = prediction.sliding_prediction(scene)
         values["calibrated"]["sliding"] = (
@@ -94,6 +98,16 @@ def _distribution_values(scene: Scene) -> dict[str, Any]:
             labels = found.coords[axis].tolist()
             values[name] = [{axis: x} | _with_errors(found.sel(**{axis: x})) for x in labels]
     return values
+
+
+def _seen(scene: Scene) -> Iterator[tuple[str, Estimate | None, Estimate]]:
+    """Yield what the camera of a scene sees: name, by the theory if it has it, and by the calibrated law."""
+    columns = theory_columns(scene)
+    for name in seen(scene):
+        by_theory, by_law = columns[THEORY](name), columns[CALIBRATED](name)
+        known = by_theory is not None and not np.isnan(by_theory.mean).all()
+        if by_law is not None:
+            yield name, by_theory if known else None, by_law
 
 
 def _with_errors(found: Estimate) -> dict[str, Array]:
@@ -125,6 +139,12 @@ def theory_table(scene: Scene) -> Table:
     hottest = theory_columns(scene)[CALIBRATED](_HOTTEST) if scene.distribution else None
     if hottest is not None:
         columns["99 % of the heat below, K"] = [*map(hottest.number, range(len(own)))]
+    for name, by_theory, by_law in _seen(scene):
+        if by_theory is not None:
+            columns[with_unit(name, UNITS[name])] = _numbers(by_theory.mean, UNITS[name])
+        columns[with_unit(f"{name} calibrated", UNITS[name])] = [
+            *map(by_law.number, range(len(own)))
+        ]
     areas = (f"{name} {values[name]:.4g}" for name in _AREAS)
     notes = [", ".join(areas), calibrated_note(scene)]
     slid = prediction.sliding_prediction(scene) if scene.sliding.history == SLIDING else None
@@ -174,7 +194,7 @@ def trust_table(known: Trust) -> Table:
         return Table([Column("")], [[f"not known: {known.where}"]], title)
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
     places: list[float | None] = [*speeds] or [None]
-    names = observables_of(distribution=False)
+    names = observables_of()
     rows: list[Row] = [[name, *_errors_at(known, name, places)] for name in names]
     notes = [
         f"high, low: of the theory against {known.against}.",

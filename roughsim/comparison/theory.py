@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from roughsim import prediction
+from roughsim.comparison.camera import pictured
 from roughsim.comparison.tables import calibrated_note, theory_dict, theory_table, theory_values
 from roughsim.grid import Array
 from roughsim.planning.limits import Plausibility, judge
+from roughsim.results.theories import theory_columns
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
@@ -105,6 +107,7 @@ class Theory:
             rows.append([f"{self.speed[k]:g}", *flash, *others])
         areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"
         notes = [f"T_flash above the background; contact on {areas}.", calibrated_note(scene)]
+        notes[1:1] = pictured(scene, theory_columns(scene))
         columns = [Column(title, number=True) for title in ("speed, m/s", *titles)]
         return Table(columns, rows, scene.title, notes)
 

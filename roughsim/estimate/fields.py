@@ -14,12 +14,12 @@ from roughsim.estimate.asked import asked_of
 from roughsim.estimate.contacts import SETTLED, Contacts, form_uncertainty
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.levels import FLASH
-from roughsim.estimate.mean import Mean, exact
+from roughsim.estimate.mean import Mean, exact, mean_of
 from roughsim.estimate.reactions import rest_of
 from roughsim.estimate.sliding import HOT, sliding_quantile, stretch_of, stretched
 from roughsim.estimate.telescoping import telescoped
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import DISTRIBUTION, OBSERVABLES
 from roughsim.observables.distribution import LEVELS
 from roughsim.observables.record import Sample, ratio
 from roughsim.prediction.fields import FrozenFields
@@ -27,7 +27,7 @@ from roughsim.scene import Scene
 from roughsim.scene.numerics import SAME
 from roughsim.table import Estimate
 
-QUANTILES = tuple(name for name, record in OBSERVABLES.items() if record.asked)
+QUANTILES = tuple(name for name, record in OBSERVABLES.items() if record.asked == DISTRIBUTION)
 _FURTHEST = 2.0  # steps of the cut-off, to twice as high a one, by which fields are continued
 _OF_SLIDES = 0.15  # chosen wide: beside solved slides .06 rms, at most .15, at 99 % (experiments/sliding_reactions.py)
 
@@ -140,6 +140,20 @@ def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     return {
         name: estimate(name, quantile_of(drawn, name), speeds=scene.speeds) for name in QUANTILES
     }
+
+
+def hottest_seen(scene: Scene) -> Estimate | None:
+    """Return what 1 % of the picture of a camera exceeds, K, with all heat in the moving body; None if unknown.
+
+    It is the rms of the law times the ratio in drawn contacts; their last step to a higher cut-off counts as error.
+    """
+    drawn = prediction.drawn_pictures(scene)
+    if not drawn:
+        return None
+    rms = np.nan_to_num(prediction.calibrated_predictions(scene)["seen_rms"])
+    last = np.abs(drawn[-1].mean(axis=0) - drawn[0].mean(axis=0))
+    mean = replace(mean_of(0, drawn[-1]), errors={"bandwidth": last})
+    return estimate("seen_99", mean * rms, speeds=scene.speeds)
 
 
 def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:

@@ -6,6 +6,7 @@ solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def values_of(
     record = OBSERVABLES[observable]
     is_temperature = observable == FLASH or record.as_flash
     slow = telescoped(NUMBERS[RESTING].of_level, samples) if is_temperature else None
-    levels = telescoped(record.of_level, samples)
+    levels = telescoped(partial(prediction.of_level, scene, record), samples)
     values = _continued_to_the_end(scene, column, observable, levels, slow, end, continued)
     moving = np.array(scene.speeds) > 0.0
     if record.at_rest is None or moving.all():
@@ -153,7 +154,7 @@ def continuation(scene: Scene, column: str, observable: str, levels: list[LevelM
     """
     q = tuple(level.q_max for level in levels)
     record = OBSERVABLES[observable]
-    followed = FLASH if record.as_flash else observable
+    followed = FLASH if record.as_flash else record.follows or observable
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
         return by_shape(levels, theory, yields=column == "capped")

@@ -53,7 +53,7 @@ class StudyPage:
         """Return controls of the observable, the axis, the curves, the speed, and of each key ("key NAME")."""
         usual = usual_choice(self.study, "flash_temperature")
         asked = asked_names(self.study.scene)
-        observables = [*observables_of(self.study.scene.distribution), *asked]
+        observables = [*observables_of(self.study.scene.asks), *asked]
         about = list(dict.fromkeys(ABOUT[name] for name in asked))
         numeric = [*(self.study.keys[key] for key in self.study.numeric_keys), SPEED, *about]
         families = [SPEED, *self.study.keys.values(), *about, NONE]

@@ -28,6 +28,7 @@ from roughsim.errors import need_computed, not_negative, number, real_field, siz
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Complex, Field, Grid, Index, need_grid
 from roughsim.heat.arguments import checked_times
+from roughsim.heat.camera import Lens
 from roughsim.heat.precision import need_phases, need_resolved
 from roughsim.heat.skin import Layering, SkinLike, layering, response_from_rest
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
@@ -43,6 +44,7 @@ class MovingSource(NamedTuple):
     spread: float = math.inf
     depth: float = 0.0  # below the surface, m
     layers: Layering | None = None  # None of a bare half-space that is heated in its plane
+    lens: Lens | None = None  # through which it is seen; None: as it is
 
 
 def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a depth)
@@ -224,8 +226,8 @@ def _hot_track_excess(flux: Field, field: Field, grid: Grid, source: MovingSourc
         mean = square == 0.0
         power[mean] = 0.0
         square[mean] = 1.0
-        steady = _response(square, advection, source._replace(spread=math.inf))
-        young = _response(square, advection, source)
+        steady = response_of(square, advection, source._replace(spread=math.inf))
+        young = response_of(square, advection, source)
         excess += float(np.sum(power * (steady.real - young.real)))
     return excess / (total - excess) if total != excess else math.nan
 
@@ -270,9 +272,9 @@ def _response_rows(grid: Grid, rows: Index, qx: Field, source: MovingSource) -> 
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
 
     def both_signs_of_qy(part: slice, along: Field) -> Complex:
-        response = _response(square[part], along + across, source)
+        response = response_of(square[part], along + across, source)
         if grid.shape[1] % 2 == 0:
-            flipped = _response(square[part, -1:], along - across[:, -1:], source)
+            flipped = response_of(square[part, -1:], along - across[:, -1:], source)
             response[:, -1:] = (response[:, -1:] + flipped) / 2
         return response
 
@@ -282,12 +284,14 @@ def _response_rows(grid: Grid, rows: Index, qx: Field, source: MovingSource) -> 
     return response
 
 
-def _response(square: Field, advection: Field, source: MovingSource) -> Complex:
+def response_of(square: Field, advection: Field, source: MovingSource) -> Complex:
     """κT/q̇ of waves with q² = `square` and q·v/D = `advection`, 1/m²."""
-    _, spread, depth, layers = source
+    drift, spread, depth, layers, lens = source
     if layers is None:
-        return response_of_waves(square, advection, depth, spread)
-    return response_from_rest(square, advection, layers, depth, spread)
+        response = response_of_waves(square, advection, depth, spread)
+    else:
+        response = response_from_rest(square, advection, layers, depth, spread)
+    return response if lens is None else lens.seen(square, advection, math.hypot(*drift), response)
 
 
 def fields_over_time(

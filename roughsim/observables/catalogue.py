@@ -6,7 +6,9 @@ NAME = "package.module:tuple".
 """
 
 from collections import Counter
+from collections.abc import Container
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +27,11 @@ class SlideCurve:
     description: str
 
 
+CAMERA, DISTRIBUTION = "camera", "distribution"
+ASKED_BY = {  # the lines of a scene that ask for observables
+    DISTRIBUTION: "[observables] temperature_distribution = true",
+    CAMERA: "a section [camera]",
+}
 _FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
 
 
@@ -82,7 +89,7 @@ def quantile(name: str, weight: str) -> Observable:
         "K",
         stored=f"temperature that {LEVELS[name]:.1%} of the {weight} of the contact does not exceed",
         measure=lambda measured: getattr(measured.distribution, f"by_{weight}")[:, place],
-        asked=True,
+        asked=DISTRIBUTION,
         as_flash=True,
         per_speed=True,
         heated=True,
@@ -92,7 +99,7 @@ def quantile(name: str, weight: str) -> Observable:
     )
 
 
-def of_slide(name: str, unit: str, stored: str, *, asked: bool = False) -> Observable:
+def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observable:
     """Return the record of a number that a slide stores at each speed."""
     return Observable(
         name, unit, stored, only_stored=True, of_slide=True, asked=asked, per_speed=True
@@ -106,7 +113,20 @@ def slid_quantile(name: str, weight: str) -> Observable:
         "K",
         f"temperature above the moving body's background that {LEVELS[name]:.1%} of the {weight} of the contact "
         "does not exceed, at eight positions on the last half of the slid distance",
-        asked=True,
+        asked=DISTRIBUTION,
+    )
+
+
+def seen(name: str, unit: str, **more: Any) -> Observable:
+    """Return the record of a number of a camera's picture, which the scene computes from the stress spectra."""
+    return Observable(
+        name,
+        unit,
+        theory=lambda theory: theory.seen(name),
+        asked=CAMERA,
+        per_speed=True,
+        pixel_orders=(2.0, 1.75),  # as T_flash
+        **more,
     )
 
 
@@ -255,6 +275,17 @@ TABLE: tuple[Observable, ...] = (
     *(correlation_radius(round(100 * fraction)) for fraction in _FRACTIONS),
     *(quantile(name, weight) for weight in ("heat", "area") for name in LEVELS),
     *(slid_quantile(name, weight) for weight in ("heat", "area") for name in LEVELS),
+    seen("seen_rms", "K", spectra=True, heated=True, at_rest=0.0),
+    seen(
+        "seen_99",
+        "K",
+        stored="temperature above the mean of the surface that 1 % of the picture of the camera exceeds",
+        measure=lambda measured: measured.seen_99,
+        follows="seen_rms",
+        heated=True,
+        at_rest=0.0,
+    ),
+    seen("seen_width", "m", spectra=True),
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
@@ -290,11 +321,11 @@ UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 
 def stored_numbers(measured: Measured) -> dict[str, Array]:
     """Return the numbers that a member of single contacts stores, (speeds,) or (1,)."""
-    without = measured.distribution is None
+    missing = {DISTRIBUTION: measured.distribution is None, CAMERA: measured.seen_99 is None}
     return {
         name: one.of_member(measured)
         for name, one in NUMBERS.items()
-        if not (one.of_slide or (one.asked and without))
+        if not (one.of_slide or missing.get(one.asked, False))
     }
 
 
@@ -307,10 +338,12 @@ def quantiles_of(distribution: Distribution, prefix: str = "") -> dict[str, Arra
     }
 
 
-def observables_of(distribution: bool) -> dict[str, Observable]:
-    """Return the observables of a scene, with or without the distribution of the temperature."""
+def observables_of(asks: Container[str] = ()) -> dict[str, Observable]:
+    """Return the observables of a scene that asks for these, or for nothing, as `Scene.asks`."""
     return {
-        name: record for name, record in OBSERVABLES.items() if distribution or not record.asked
+        name: record
+        for name, record in OBSERVABLES.items()
+        if not record.asked or record.asked in asks
     }
 
 

@@ -30,6 +30,7 @@ class Measured:
     observables: "Moments"  # at the speeds of the scene, averaged over directions
     peak_volume: float  # of the surface (`surface.peak_volume`); zero if it was not drawn
     distribution: "Distribution | None" = None  # of the temperature, if the scene asks for it
+    seen_99: Array | None = None  # of the picture of a camera, K, (speeds,), if the scene has one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +46,8 @@ class TheoryOfScene:
     ]  # of a fraction: the smallest r, m, with g_σ(r) = fraction·g_σ(0)
     # of a function weight(q), smooth in ln q: its sum or integral over the variance of the pressure, Pa² × its unit
     total: Callable[[Callable[[Array], Array]], float]
+    # of a camera's observable, by its name: over the speed; NaN without one
+    seen: Callable[[str], ArrayLike] = lambda _: np.nan
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,10 +97,14 @@ class Observable:
     # other observables are made of it; by itself neither estimated nor compared
     only_stored: bool = False
     of_slide: bool = False  # members of the column "sliding" store it, and no others
-    asked: bool = False  # only scenes that ask for the distribution of the temperature have it
+    asked: str = (
+        ""  # only scenes that ask for this have it: "distribution" of the temperature, or "camera"
+    )
     # a temperature of the contact: over the cut-off it follows the law of T_flash by steps; its error by the pixel, too
     as_flash: bool = False
     per_speed: bool = False  # one for each speed of the scene
+    # the observable whose theory continues it over the cut-off; empty: its own
+    follows: str = ""
     # proportional to the heat: reports multiply it by the share of the moving body
     heated: bool = False
     # `values` needs the stress spectra of the sample, which are read from disk
@@ -128,10 +135,10 @@ class Observable:
 
     def of_theory(self, theory: TheoryOfScene, speeds: int) -> Array:
         """Return the value of the theory at so many speeds, (speeds,) or (1,); NaN without one."""
-        if self.theory is not None:
-            return np.atleast_1d(self.theory(theory))
         nothing = np.full(speeds if self.per_speed else 1, np.nan)
-        return np.atleast_1d(theory.values.get(self.name, nothing))
+        if self.theory is None:
+            return np.atleast_1d(theory.values.get(self.name, nothing))
+        return np.array(np.broadcast_to(self.theory(theory), nothing.shape))
 
 
 def product(first: Array, second: Array) -> Array:

@@ -168,4 +168,5 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             distribution=SlideFromRest(scene.sliding.direction or 0.0, numerics.slid_distance)
             if scene.distribution
             else None,
+            camera=prediction.camera_of(scene),
         )

@@ -15,6 +15,7 @@ from roughsim.prediction.bodies import (
     heat_per_pressure,
     smoothed_spectrum,
 )
+from roughsim.prediction.camera import camera_of, of_level
 from roughsim.prediction.cut_offs import (
     continuation,
     follows_power,
@@ -24,7 +25,7 @@ from roughsim.prediction.cut_offs import (
     usual_exponent,
     yielded_fall,
 )
-from roughsim.prediction.fields import frozen_fields, heat_source, slid_fields
+from roughsim.prediction.fields import drawn_pictures, frozen_fields, heat_source, slid_fields
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
 from roughsim.prediction.sliding import (
@@ -55,11 +56,13 @@ __all__ = [
     "calibrated_over_speed",
     "calibrated_predictions",
     "calibrated_share",
+    "camera_of",
     "check_continuation",
     "computed",
     "conduction",
     "continuation",
     "correlation",
+    "drawn_pictures",
     "follows_power",
     "follows_theory",
     "friction_coefficient",
@@ -69,6 +72,7 @@ __all__ = [
     "heat_source",
     "in_motion",
     "mode_sums",
+    "of_level",
     "over_speed",
     "predictions",
     "slid_fields",

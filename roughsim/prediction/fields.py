@@ -23,6 +23,7 @@ from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
 from roughsim.observables.record import Sample
 from roughsim.prediction.bodies import conduction, friction_coefficient, law_arguments
+from roughsim.prediction.camera import camera_of
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.sliding import moving_roughness
 from roughsim.scene import Scene
@@ -129,26 +130,58 @@ def draw_frozen(
     They slide from rest over `slid_distance`, m, at most half of the cell: older heat is even, and left out.
     ValueError where the law does not hold.
     """
-    longest, end = float(spectrum.breaks[0]), float(spectrum.breaks[-1])
-    length = 2 * pi * _WAVES / longest
+    length = 2 * pi * _WAVES / float(spectrum.breaks[0])
     slid = min(slid_distance or inf, length / 2)
+    samples, laws = [], []
+    for cut, count, contacts in _up_to_cut_offs(spectrum, load, length, points, fields, seed):
+        rows = [measured(pressure, length, source, slid) for pressure in contacts]
+        samples.append(sample_of(cut.breaks[-1], count, rows))
+        laws.append(cut)
+    flash = [_flash_of_law(law, load, source) for law in (*laws, spectrum)]
+    return FrozenFields(tuple(samples), np.array(flash))
+
+
+def _up_to_cut_offs(
+    spectrum: Spectrum, load: Load, length: float, points: int, fields: int, seed: int
+) -> Iterator[tuple[TruncatedSpectrum, int, Iterator[Array]]]:
+    """Yield one or two cut-offs as C(q) up to them, lowest first, points along a side, and the drawn pressures."""
+    longest, end = float(spectrum.breaks[0]), float(spectrum.breaks[-1])
     rng = np.random.default_rng(seed)
     white = [rng.standard_normal((points, points)) for _ in range(fields)]
-    samples, laws = [], []
     for count in (points // 2, points):
         q_max = longest * count / (_WAVES * _PIXELS)
         if count < points and q_max >= end:
             continue
         cut = TruncatedSpectrum(spectrum, min(q_max, end))
         noise = white if count == points else [theory.clipped.halved(waves) for waves in white]
-        rows = [
-            measured(pressure, length, source, slid)
-            for pressure in _contacts(cut, load, noise, length)
-        ]
-        samples.append(sample_of(cut.breaks[-1], count, rows))
-        laws.append(cut)
-    flash = [_flash_of_law(law, load, source) for law in (*laws, spectrum)]
-    return FrozenFields(tuple(samples), np.array(flash))
+        yield cut, count, _contacts(cut, load, noise, length)
+
+
+@lru_cache(maxsize=16)  # seconds
+def drawn_pictures(scene: Scene) -> tuple[Array, ...]:
+    """Return what 1 % of the picture of drawn contacts exceeds, over the rms of the picture, (fields, speeds).
+
+    One array for each cut-off, lowest first. None without a camera, or where the calibrated law does not hold.
+    """
+    camera, law = camera_of(scene), calibrated(scene).stress_spectrum
+    if camera is None or law is None:
+        return ()
+    from roughsim.observables.camera import hottest_over_rms
+
+    spectrum, source = scene.spectrum, heat_source(scene)
+    length = 2 * pi * _WAVES / float(spectrum.breaks[0])
+    slid = min(scene.numerics.slid_distance or inf, length / 2)
+    camera, found = camera._replace(direction=0.0, slid_distance=slid), []
+    try:
+        drawn = _up_to_cut_offs(spectrum, law_arguments(scene), length, _POINTS, _FIELDS, 0)
+        for _, count, contacts in drawn:
+            grid = Grid((count, count), (length, length))
+            found.append(
+                np.array([hottest_over_rms(each, grid, source, camera) for each in contacts])
+            )
+    except ValueError:  # the law does not hold for C(q) up to the shortest wave of the fields
+        return ()
+    return tuple(found)
 
 
 def _contacts(

@@ -15,7 +15,7 @@ from theory.yielding import ELASTIC_BANDS, ERROR_BANDS, YieldingSpectrum
 # observables in which contacts that yield were compared; their g_σ(r) is rarely known down to a tenth of g_σ(0)
 _OF_YIELDING = (
     *("flash_temperature", "heat_partition", "contact_fraction", "plastic_fraction"),
-    *("pressure_variance", "correlation_radius_50"),
+    *("pressure_variance", "correlation_radius_50", "seen_rms", "seen_width"),
 )
 
 

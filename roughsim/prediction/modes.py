@@ -19,6 +19,7 @@ from roughsim.prediction.bodies import (
     load_arguments,
     stress_arguments,
 )
+from roughsim.prediction.camera import seen_by
 from roughsim.prediction.theories import OVER_SPEED
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
@@ -77,6 +78,7 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
             float(spectrum.breaks[-1]), spectrum, **load_arguments(scene)
         )
     )
+    reach = 0.5 * float(np.hypot(*grid.lengths))
     temperatures = dict(zip(OVER_SPEED, flash, strict=True))
     return TheoryOfScene(
         {
@@ -86,10 +88,9 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
             "contact_fraction": area,
         },
         sliding.nominal_pressure,
-        correlation_radius=StressSpectrum(
-            q, stress, 0.5 * float(np.hypot(*grid.lengths))
-        ).correlation_radius,
+        correlation_radius=StressSpectrum(q, stress, reach).correlation_radius,
         total=lambda weight: float(stress @ weight(q)),
+        seen=lambda name: seen_by(scene, name, q, stress, reach),
     )
 
 

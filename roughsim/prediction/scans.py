@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from roughsim.grid import Array
+from roughsim.observables.catalogue import CAMERA, OBSERVABLES
 from roughsim.prediction.theories import integrals, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
@@ -80,7 +81,8 @@ def _expected(scene: Scene, only: str) -> Mapping[str, Array]:
     """Return every observable by the theory, or one of `OVER_SPEED` alone."""
     if only:
         return over_speed(scene, np.array(scene.speeds), names=(only,))
-    return Predicted(integrals(scene), scene)
+    known = Predicted(integrals(scene), scene)
+    return {name: known[name] for name in known if OBSERVABLES[name].asked != CAMERA}
 
 
 def _error_of_face(scene: Scene, name: str, face: SurfaceSection, only: str) -> _Changes:

@@ -22,6 +22,7 @@ from roughsim.prediction.bodies import (
     smoothed_spectrum,
     stress_arguments,
 )
+from roughsim.prediction.camera import seen_in
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
@@ -66,6 +67,7 @@ def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) ->
         density = theory.persson.stress_density(**stress)
         return float(density.weighted() @ weight(density.wavenumber()))
 
+    pressed = {"nominal_pressure": scene.sliding.nominal_pressure}
     return TheoryOfScene(
         values,
         scene.sliding.nominal_pressure,
@@ -73,6 +75,7 @@ def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) ->
             theory.persson.correlation_radius(fraction, **stress)
         ),
         total=total,
+        seen=lambda name: seen_in(scene, name, pressed | stress),
     )
 
 

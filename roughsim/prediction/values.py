@@ -22,7 +22,7 @@ class Predicted(Mapping[str, Array]):
             len(scene.speeds),
             known,
         )  # NaN where it is not known
-        self._names = list(observables_of(scene.distribution))
+        self._names = list(observables_of(scene.asks))
         self._values: dict[str, Array] = {}
 
     def __getitem__(self, name: str) -> Array:

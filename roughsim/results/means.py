@@ -13,7 +13,7 @@ from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.telescoping import correlation_of
 from roughsim.grid import Array
-from roughsim.observables.catalogue import AXIS, OBSERVABLES, observables_of
+from roughsim.observables.catalogue import ASKED_BY, AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable, Sample
 from roughsim.prediction.scans import scan_error
 from roughsim.results import share
@@ -53,7 +53,7 @@ class Means:
     @property
     def observables(self) -> dict[str, Observable]:
         """Observables of the run by name, those of the distribution of the temperature only if its scene asks."""
-        return observables_of(self.scene.distribution)
+        return observables_of(self.scene.asks)
 
     @property
     def scanned(self) -> bool:
@@ -104,17 +104,21 @@ class Means:
 
     def scan_part(self, observable: str) -> dict[str, Array]:
         """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
-        return {"scan": scan_error(self.scene)[observable]} if self.scanned else {}
+        if not self.scanned:
+            return {}
+        return {"scan": scan_error(self.scene).get(observable, np.array(np.nan))}
 
     def of_levels(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True
     ) -> Mean:
         """Return `values` with those parts of their errors alone that the levels of a column show."""
         if observable not in self.observables:
-            need = (
-                "not in this run, whose scene lacks [observables] temperature_distribution = true"
+            record = OBSERVABLES.get(observable)
+            fault = (
+                f"not in this run, whose scene lacks {ASKED_BY[record.asked]}"
+                if record
+                else "unknown"
             )
-            fault = need if observable in OBSERVABLES else "unknown"
             raise ValueError(
                 f"observable = {observable!r} is {fault}; choose one of {', '.join(self.observables)}"
             )

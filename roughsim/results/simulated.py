@@ -29,7 +29,7 @@ from roughsim.estimate.sliding import (
     with_background,
 )
 from roughsim.grid import Array
-from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.catalogue import ASKED_BY, CAMERA, DISTRIBUTION, OBSERVABLES
 from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results import share
 from roughsim.results.means import Means
@@ -117,7 +117,11 @@ class Slid:
         level, rows = self.slides.level, self.slides.rows.tolist()
         stored = (run.members[level, index].moments[0].bins is not None for index in rows)
         self.reacts = run.scene.distribution and all(stored)
-        asked = (name for name, record in OBSERVABLES.items() if record.asked and self.reacts)
+        asked = (
+            name
+            for name, record in OBSERVABLES.items()
+            if record.asked == DISTRIBUTION and self.reacts
+        )
         self.observables = (*SLIDING_OBSERVABLES, *asked)
         # the ratio of pixels, coarser grid over own grid; 1 without a coarser grid
         grid = run.numerics.grid(level)
@@ -144,7 +148,7 @@ class Slid:
     def estimate(self, observable: str) -> Estimate:
         """Return an estimate, in which the share of the heat follows from the slides."""
         numbers = self.slides.numbers
-        if observable not in self.observables or not OBSERVABLES[observable].asked:
+        if observable not in self.observables or OBSERVABLES[observable].asked != DISTRIBUTION:
             single = Single(self.run, None).estimate(observable, all_heat=True)
             return sliding_estimate(observable, single, numbers, self._coarsening, self._continued)
         flash, stretch = self._flash()
@@ -249,6 +253,11 @@ class Estimates(Means):
         """Return the error that the scene does not ask for an observable, or for the distribution itself."""
         asked = ASKED.get(name)
         lines = asked.lines if asked else "[observables] with temperature_distribution = true"
+        if name in OBSERVABLES and OBSERVABLES[name].asked == CAMERA:
+            return ValueError(
+                f"{self.folder} has no {name}: its scene has no camera; add {ASKED_BY[CAMERA]} and run it in another "
+                "folder"
+            )
         # members that have stored the distribution need not be computed again
         where = "again" if self.scene.distribution else "in another folder"
         return ValueError(

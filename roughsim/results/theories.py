@@ -27,6 +27,7 @@ THEORIES = {
     CALIBRATED: "the theory with a stress spectrum fitted to simulations, with the error of the fit, in the range "
     "compared with simulations",
 }
+SEEN_99 = "seen_99"  # of drawn contacts, as quantiles are
 CONTACT_TEMPERATURE = "contact_temperature"  # T₀(t) + T_flash, of scenes with a duration
 ColumnOf = Callable[[str], Estimate | None]  # of an observable; None where the column lacks it
 
@@ -93,7 +94,7 @@ def _by_law(
     of_fields: Callable[[], Mapping[str, Estimate]], of_means: ColumnOf, observable: str
 ) -> Estimate | None:
     """Return what the distribution of the temperature in drawn contacts gives, or an observable by its mean."""
-    if observable in (*fields.QUANTILES, *ABOUT):
+    if observable in (*fields.QUANTILES, *ABOUT, SEEN_99):
         return of_fields().get(observable)
     return of_means(observable)
 
@@ -113,6 +114,9 @@ def _of_fields(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     share = 1.0 if sliding else prediction.calibrated_share(scene)
     quantiles = fields.quantiles(scene, sliding=sliding).items()
     found = {name: one.times(share) for name, one in quantiles}
+    hottest = None if sliding else fields.hottest_seen(scene)
+    if hottest is not None:
+        found[hottest.observable] = hottest.times(share)
     return found | fields.asked(scene, sliding=sliding)
 
 

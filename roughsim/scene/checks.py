@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from roughsim.observables.catalogue import observables_of
+from roughsim.observables.catalogue import ASKED_BY, CAMERA, OBSERVABLES, observables_of
+from roughsim.scene.camera import CameraSection
 from roughsim.scene.ensemble import EnsembleSection
 from roughsim.scene.numerics import DEFAULT_SOLVER, QUADRANTS, SAME, SLIDING, Level
 from roughsim.scene.sections import (
@@ -205,14 +206,28 @@ def check_history(sliding: SlidingSection, missing: str, solver: str | None) -> 
         )
 
 
-def check_targets(ensemble: EnsembleSection, distribution: bool) -> None:
-    """Refuse a target of an observable that the scene does not ask for."""
+def check_targets(ensemble: EnsembleSection, asks: frozenset[str]) -> None:
+    """Refuse a target of an observable that the scene does not ask for; `asks` as of the scene."""
     for name, _ in ensemble.until:
-        if name not in observables_of(distribution):
-            raise ValueError(
-                f"ensemble.until.{name} is of the distribution of the temperature; add "
-                "observables.temperature_distribution = true"
-            )
+        if name not in observables_of(asks):
+            asked = OBSERVABLES[name].asked
+            what = "picture of a camera" if asked == CAMERA else "distribution of the temperature"
+            raise ValueError(f"ensemble.until.{name} is of the {what}; add {ASKED_BY[asked]}")
+
+
+def check_camera(camera: CameraSection | None, sliding: SlidingSection) -> None:
+    """Refuse a camera where no heat makes a picture."""
+    if camera is None:
+        return
+    if not any(sliding.speed):
+        raise ValueError(
+            "camera sees nothing: sliding.speed = 0 m/s makes no heat; give a speed, or remove [camera]"
+        )
+    if camera.behind is not None and 0.0 in sliding.speed:
+        raise ValueError(
+            f"camera.behind = {camera.behind:.6g} m does not go with sliding.speed = 0 m/s: a contact at rest has no "
+            "trailing edge; remove that speed, or behind"
+        )
 
 
 def check_ends(ensemble: EnsembleSection, given: Mapping[str, object]) -> None:

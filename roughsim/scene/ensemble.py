@@ -22,7 +22,7 @@ def _read_targets(value: Any) -> tuple[tuple[str, float], ...]:
         raise ValueError(f" = {as_written(value)} must name observables and targets: {example}")
     for name, _ in value:
         if name not in OBSERVABLES:
-            names = observables_of(distribution=False)
+            names = observables_of()
             raise ValueError(f".{name} is not an observable; {did_you_mean(str(name), names)}")
     return tuple((name, TARGET(target, f".{name}")) for name, target in value)
 

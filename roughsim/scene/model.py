@@ -9,9 +9,12 @@ import numpy as np
 from pydantic import BeforeValidator, model_validator
 from pydantic_core import to_jsonable_python
 
+from roughsim.observables.catalogue import CAMERA, DISTRIBUTION
+from roughsim.scene.camera import CameraSection
 from roughsim.scene.changes import with_changes
 from roughsim.scene.checks import (
     check_background,
+    check_camera,
     check_heat_partition,
     check_history,
     check_junction_growth,
@@ -71,9 +74,9 @@ class Scene(Record):
 
     Attributes
     ----------
-    surface, body, counterface, sliding, observables, reaction, theory, ensemble, numerics
-        The sections of the file; `counterface` is None for a rigid, smooth and insulating one. `observables` and
-        `reaction` are None unless the file has them.
+    surface, body, counterface, sliding, observables, reaction, camera, theory, ensemble, numerics
+        The sections of the file; `counterface` is None for a rigid, smooth and insulating one. `observables`,
+        `reaction` and `camera` are None unless the file has them.
     title : str
         One line for people.
 
@@ -90,6 +93,7 @@ class Scene(Record):
     sliding: SlidingSection
     observables: ObservablesSection | None = None
     reaction: ReactionSection | None = None
+    camera: CameraSection | None = None
     theory: TheorySection = TheorySection()
     ensemble: EnsembleSection = EnsembleSection()
     numerics: NumericsSection = NumericsSection()
@@ -111,7 +115,8 @@ class Scene(Record):
             self.temperature_range,
             self._needs_background,
         )
-        check_targets(self.ensemble, self.distribution)
+        check_targets(self.ensemble, self.asks)
+        check_camera(self.camera, sliding)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
         check_levels(self.numerics.levels or (), self.faces, sliding.history, self.elastic)
@@ -175,6 +180,12 @@ class Scene(Record):
         return self.reaction is not None or (
             asked is not None and (asked.temperature_distribution or asked.heat_above is not None)
         )
+
+    @property
+    def asks(self) -> frozenset[str]:
+        """What members measure only on request: "distribution" of the temperature, or "camera"."""
+        wanted = {DISTRIBUTION: self.distribution, CAMERA: self.camera is not None}
+        return frozenset(name for name, asked in wanted.items() if asked)
 
     @property
     def background_temperature(self) -> float | None:

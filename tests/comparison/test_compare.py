@@ -101,7 +101,7 @@ def test_the_table_has_every_observable_at_every_speed(table, capped_scene):
         "slope_length",
         "heat_partition",
     }
-    names = observables_of(distribution=False)
+    names = observables_of()
     expected = [
         (name, speed)
         for name in names

@@ -94,13 +94,13 @@ def test_what_is_exact_at_rest():
         "flash_laplacian": 0.0,
         "slope_length": np.inf,
     }
-    always = observables_of(distribution=False)
+    always = observables_of()
     assert {
         name: record.at_rest for name, record in always.items() if record.at_rest is not None
     } == rest
     asked = {*OBSERVABLES} - {*always}
-    assert len(asked) == 14
-    assert {OBSERVABLES[name].at_rest for name in asked} == {0.0}
+    assert len(asked) == 14 + 3
+    assert {name for name in asked if OBSERVABLES[name].at_rest != 0.0} == {"seen_width"}
 
 
 def test_in_capped_contact_only_gradients_have_no_limit():

@@ -304,6 +304,13 @@ OF_STEEL = [
     ('"90 MPa"', '"0.9 GPa"\njunction_growth = 100',
      "sliding.nominal_pressure = 9e+08 Pa exceeds 8.07207e+08 Pa, the penetration_hardness lowered by junction_growth"),
     ("[theory]", "[observables]\nheat_above = []\n[theory]", "observables.heat_above = [] holds no number"),
+    ("[theory]", "[camera]\nexposure = -1\n[theory]", "camera.exposure = -1 s must be greater than or equal to 0 s"),
+    ("[theory]", "[camera]\nresolutoin = 1\n[theory]", 'not a key of a scene; did you mean "resolution"?'),
+    ("[theory]", '[camera]\nfixed_to = "bodi"\n[theory]', 'camera.fixed_to = "bodi" is not known; did you mean "body"'),
+    ("[theory]", '[camera]\nbehind = 1\nexposure = 1\nfixed_to = "body"\n[theory]',
+     "camera.exposure = 1 s does not go with behind"),
+    ('until = { flash_temperature = "1 %" }', "until = { seen_rms = 0.1 }",
+     "ensemble.until.seen_rms is of the picture of a camera; add a section [camera]"),
 ]  # fmt: skip
 WARM = changed("friction_coefficient =", "background_temperature = 300\nfriction_coefficient =")
 REACTION = """[reaction]

@@ -72,6 +72,7 @@ def test_what_is_stored_of_numerics_stays_what_it_was():
 
 
 POSITIVE = ([1e-9], [0, -1])
+NOT_NEGATIVE = ([0, 1e-9], [-1])
 WHOLE = [1.5, 1.0, "1", True]
 # key → SI unit, numbers that are accepted, numbers and texts that are not
 LIMITS = {
@@ -112,6 +113,9 @@ LIMITS = {
     "reaction.activation_volume": ("m^3", [-1e-26, 0, 1e-29], [-1.1e-26, 1.1e-26, 1e-41]),
     "reaction.prefactor": ("1/s", *POSITIVE),
     "reaction.contact_length": ("m", *POSITIVE),
+    "camera.resolution": ("m", *NOT_NEGATIVE),
+    "camera.exposure": ("s", *NOT_NEGATIVE),
+    "camera.behind": ("m", *NOT_NEGATIVE),
     "theory.gamma": ("", [0, 1], [-0.001, 1.001]),
     "ensemble.seed": ("", [0, 2**63 - 1], [-1, 2**63, *WHOLE]),
     "ensemble.max_realizations": ("", [1, 10**6], [0, 10**6 + 1, *WHOLE]),

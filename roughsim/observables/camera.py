@@ -1,0 +1,175 @@
+"""What a camera sees of the temperature of one contact: means over directions from its stress, and its picture.
+
+The mean square of the picture is (μv/κ)² Σ w(q) ⟨|F|²⟩, F = κT/q̇ of `roughsim.heat.periodic.response_of` with the
+lens, w(q) the variance of the stress, averaged over the directions of sliding; with cos(q_y y) under the mean it is the
+correlation across sliding at the distance y. That holds for isotropic roughness, and leaves out the rows of waves on
+which contacts of a periodic cell meet their own tracks.
+"""
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from roughsim.fourier.convolution import convolutions
+from roughsim.grid import Array, Grid
+from roughsim.heat.periodic import MovingSource, moving, response_of, turned_response
+from roughsim.observables.moments import HeatSource
+from roughsim.observables.record import Sample, ratio
+from roughsim.observables.stress_spectrum import StressSpectrum
+
+EXCEEDED = 0.01  # share of the picture that is hotter than `seen_99`
+_GROWTH, _NODES = 1.6, 14  # of panels over the angle, and their nodes: 1e-6 of smooth means
+_BLOCK = 128  # wavenumbers that share their directions
+_DISTANCES = np.append(0.0, np.geomspace(1e-3, 1.0, 48))  # of the correlation, over the largest
+
+
+class Camera(NamedTuple):
+    """A camera, and the sliding that it looks at, at each speed of a `HeatSource`."""
+
+    sources: tuple[MovingSource, ...]  # sliding along x, with the lens and the slid distance
+    heating: tuple[float, ...]  # μ|v|/κ, K/(Pa m)
+    direction: float = 0.0  # of the picture, radians from axis 0 towards axis 1
+    slid_distance: float | None = None  # most of the picture, m; None: half the chord of the cell
+
+
+def mean_squares(wavenumber: Array, source: MovingSource, distance: float = 0.0) -> Array:
+    """Return ⟨|F|²⟩ over directions, m², at each wavenumber, rad/m; (n,).
+
+    With a `distance` > 0, m, ⟨|F|² cos(q_y y)⟩ at 49 distances y = 0 … `distance`, (n, 49), as `distances` has them.
+    """
+    return _remembered(wavenumber.tobytes(), source, distance)
+
+
+def distances(largest: float) -> Array:
+    """Return the distances across sliding of a correlation, m, from 0 on."""
+    return largest * _DISTANCES
+
+
+@lru_cache(maxsize=64)  # .1 to 1 s for the wavenumbers of a grid, at each speed
+def _remembered(wavenumbers: bytes, source: MovingSource, distance: float) -> Array:
+    q = np.frombuffer(wavenumbers)
+    lens = source.lens
+    rate = math.hypot(*source.drift)
+    points, weights = legendre.leggauss(_NODES)
+    # lengths l of waves cos(q_xl) in |F|²
+    lengths = [source.spread * rate]
+    if lens is not None:
+        lengths += [lens.smear] if lens.behind is None else [lens.contact_length]
+    means = []
+    for start in range(0, q.size, _BLOCK):
+        part = q[start : start + _BLOCK]
+        low, high = float(part.min()), float(part.max())
+        few = min([1.0, low / rate, *(1 / (high * one) for one in lengths if 0 < one < math.inf)])
+        narrow = 1.0
+        if lens is not None and lens.behind is not None:
+            age = lens.behind + min(lens.contact_length, 1.0)
+            narrow = min(1.0, 1 / (high * math.sqrt(age / rate + lens.resolution**2)))
+        edges = np.append(_panels(few)[:-1], math.pi / 2 - _panels(narrow)[::-1])
+        half = np.diff(edges)[:, None] / 2
+        angle = (edges[:-1, None] + half * (1 + points)).ravel()  # from q_x = 0
+        share = (half * weights).ravel() * 2 / math.pi
+        x, y = part[:, None] * np.sin(angle), part[:, None] * np.cos(angle)
+        response = response_of(x**2 + y**2, rate * x, source._replace(drift=(rate, 0.0)))
+        power = share * (response.real**2 + response.imag**2)
+        if distance == 0.0:
+            means.append(power.sum(axis=1))
+        else:
+            each = (np.sum(power * np.cos(y * one), axis=1) for one in distances(distance))
+            means.append(np.stack([*each], axis=1))
+    found = np.concatenate(means) if means else np.empty(0)
+    found.flags.writeable = False
+    return found
+
+
+def _panels(start: float) -> Array:
+    """Return edges of growing panels over an eighth of a turn."""
+    count = max(math.ceil(math.log(math.pi / 4 / start) / math.log(_GROWTH)), 0)
+    return np.append(0.0, math.pi / 4 * _GROWTH ** -np.arange(count, -1.0, -1.0))
+
+
+def rms_of(spectrum: StressSpectrum, camera: Camera) -> Array:
+    """Return the rms of the picture, K, (speeds,), averaged over directions, of one contact."""
+    squares = [spectrum.variance @ mean_squares(spectrum.wavenumber, one) for one in camera.sources]
+    return np.asarray(np.array(camera.heating) * np.sqrt(squares))
+
+
+def hottest_of(
+    pressure: Array, grid: Grid, spectrum: StressSpectrum, sliding: HeatSource, camera: Camera
+) -> Array:
+    """Return the temperature that `EXCEEDED` of the picture of a contact exceeds, K above its mean, (speeds,).
+
+    The picture starts from rest in the periodic cell, and slides at most so far that no contact meets its own track.
+    Its rms is that over all directions (`rms_of`), at the whole slid distance; of what it shows over its rms, each
+    doubling of the distance takes 0 (slow) to 2 % (fast). Zero at rest, and of a uniform pressure.
+    """
+    return rms_of(spectrum, camera) * hottest_over_rms(pressure, grid, sliding, camera)
+
+
+def hottest_over_rms(pressure: Array, grid: Grid, sliding: HeatSource, camera: Camera) -> Array:
+    """Return the temperature that `EXCEEDED` of the picture exceeds, over its own rms, (speeds,)."""
+    hottest = np.zeros(len(camera.sources))
+    if pressure.min() == pressure.max():
+        return hottest
+    for k, field in enumerate(pictures(pressure, grid, sliding, camera)):
+        own = float(np.sqrt(np.mean(np.square(field, dtype=np.float64))))
+        if own > 0.0:
+            hottest[k] = float(np.quantile(field, 1.0 - EXCEEDED)) / own
+    return hottest
+
+
+def pictures(pressure: Array, grid: Grid, sliding: HeatSource, camera: Camera) -> list[Array]:
+    """Return κT/q̇ of the whole picture, m, at each speed, q̇ the mean heat; without its mean."""
+    flux = (pressure / pressure.mean()).astype(np.float32)
+    diffusivities = np.broadcast_to(sliding.diffusivity, len(sliding.speeds)).tolist()
+    responses = []
+    for speed, diffusivity, seen in zip(sliding.speeds, diffusivities, camera.sources, strict=True):
+        drift, _, chord = moving(grid, speed, diffusivity, camera.direction)
+        rate, lens = math.hypot(*drift), seen.lens
+        # in half a cell no contact meets its own track
+        slid = min(seen.spread * rate, camera.slid_distance or chord / 2)
+        if lens is not None and lens.behind is not None:
+            lens = lens._replace(contact_length=min(lens.contact_length, slid))
+        source = MovingSource(drift, slid / rate, layers=seen.layers, lens=lens)
+        responses.append(turned_response(grid, source, np.float32))
+    return list(convolutions(flux, responses, grid.shape))
+
+
+def seen_rms(sample: Sample, camera: Camera) -> Array:
+    """Return influence values of the rms of the picture, K, (n, speeds)."""
+    squares = [
+        sample.spectrum @ mean_squares(sample.wavenumber, one) * heating**2
+        for one, heating in zip(camera.sources, camera.heating, strict=True)
+    ]
+    both = np.stack(squares, axis=1)
+    return ratio(both, np.ones_like(both), 0.5)
+
+
+def seen_width(sample: Sample, camera: Camera) -> Array:
+    """Return influence values of the full width at half maximum of the correlation across sliding, m, (n, speeds)."""
+    columns = []
+    for one in camera.sources:
+        kernel = mean_squares(sample.wavenumber, one, sample.reach)
+        columns.append(_widths(sample.spectrum @ kernel, distances(sample.reach)))
+    return np.stack(columns, axis=1)
+
+
+def _widths(correlation: Array, y: Array) -> Array:
+    """Return influence values (n,) of twice the first distance at which the mean of correlations (n, m) is halved.
+
+    A change δC of one realization moves the crossing by −δC/C′; NaN if there is none.
+    """
+    from scipy.interpolate import CubicSpline  # slow to import
+
+    mean = correlation.mean(axis=0)
+    below = np.flatnonzero(mean < 0.5 * mean[0])
+    if not below.size or below[0] < 2 or not mean[0] > 0.0:
+        return np.full(len(correlation), np.nan)
+    excess = CubicSpline(np.log(y[1:]), (correlation - correlation[:, :1] / 2)[:, 1:], axis=1)
+    of_mean = CubicSpline(np.log(y[1:]), (mean - mean[0] / 2)[1:])
+    low, high = np.log(y[below[0] - 1]), np.log(y[below[0]])
+    place = next(root for root in of_mean.solve(0.0, extrapolate=False) if low <= root <= high)
+    half = math.exp(place)
+    return np.asarray(2.0 * half * (1.0 - excess(place) / of_mean(place, 1)))

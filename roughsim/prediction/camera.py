@@ -1,0 +1,120 @@
+"""What the camera of a scene sees, by a stress spectrum of the theory, and its numbers for simulations."""
+
+from functools import lru_cache
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+
+from roughsim.grid import Array
+from roughsim.observables.catalogue import CAMERA, OBSERVABLES
+from roughsim.observables.record import Observable, Sample
+from roughsim.prediction.bodies import (
+    conduction,
+    friction_coefficient,
+    groups,
+    heat_arguments,
+    layer_arguments,
+)
+from roughsim.scene import Scene
+from roughsim.scene.model import Layers
+from roughsim.scene.numerics import SLIDING
+from theory.camera import View, seen_rms, seen_width
+
+FORMULAS = {"seen_rms": seen_rms, "seen_width": seen_width}
+
+
+def slid_distances(scene: Scene) -> tuple[float, ...]:
+    """Return how far the contact has slid since the start from rest at each speed, m; ∞ in the steady state."""
+    if scene.sliding.history == SLIDING:
+        return scene.sliding.distances
+    duration = scene.sliding.duration
+    return tuple(inf if duration is None else speed * duration for speed in scene.speeds)
+
+
+def views(scene: Scene) -> list[View]:
+    """Return what the camera of a scene looks at, and how sharply, at each speed."""
+    camera, radius = scene.camera, scene.sliding.contact_radius
+    if camera is None:
+        raise ValueError("the scene has no [camera]")
+    length = inf if radius is None else 2.0 * radius
+    return [
+        View(
+            camera.resolution,
+            camera.smear(speed),
+            slid or inf,  # at rest all is steady
+            camera.behind,
+            length,
+        )
+        for speed, slid in zip(scene.speeds, slid_distances(scene), strict=True)
+    ]
+
+
+def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
+    """Return an observable of the picture over the speed, (speeds,), with all heat in the body; NaN where unknown.
+
+    `stress` has the arguments of `theory.camera.seen_rms` on the stress. The start from rest of a body with a skin is
+    not known.
+    """
+    result = np.full(len(scene.speeds), nan)
+    if scene.camera is None or name not in FORMULAS:
+        return result
+    looks, speeds = views(scene), np.array(scene.speeds)
+    for indices, constants in groups(scene, speeds):
+        heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+        layered = constants.bodies.layers != Layers()
+        for k in np.arange(speeds.size)[indices].tolist():
+            if layered and (looks[k].slid_distance < inf or looks[k].behind is not None):
+                continue
+            result[k] = FORMULAS[name](scene.speeds[k], view=looks[k], **stress, **heat)
+    return result
+
+
+@lru_cache(maxsize=16)
+def camera_of(scene: Scene) -> Any:
+    """Return the `roughsim.observables.camera.Camera` of a scene; None without one."""
+    if scene.camera is None:
+        return None
+    from roughsim.heat.camera import Lens  # loads the transforms
+    from roughsim.heat.periodic import MovingSource
+    from roughsim.observables.camera import Camera
+    from roughsim.prediction.fields import heat_source
+
+    source, sources = heat_source(scene), []
+    bodies, friction = conduction(scene), friction_coefficient(scene)
+    for view, rate, layers in zip(views(scene), source.rates, source.layers, strict=True):
+        lens = Lens(
+            view.resolution,
+            view.smear,
+            view.behind,
+            min(view.contact_length, view.slid_distance),
+        )
+        spread = view.slid_distance / rate  # D t
+        sources.append(MovingSource((rate, 0.0), spread, layers=layers, lens=lens))
+    heating = friction * np.array(source.speeds) / bodies.conductivity
+    return Camera(
+        tuple(sources),
+        tuple(heating.tolist()),
+        scene.sliding.direction or 0.0,
+        scene.numerics.slid_distance,
+    )
+
+
+def of_level(scene: Scene, record: Observable, sample: Sample) -> Array:
+    """Return the influence values of an observable at a level, with the camera of the scene where it needs one."""
+    if record.asked != CAMERA or record.stored:
+        return record.of_level(sample)
+    from roughsim.observables import camera
+
+    formula = camera.seen_rms if record.name == "seen_rms" else camera.seen_width
+    values: Array = sample.values_of(record.name, lambda one: formula(one, camera_of(scene)))
+    return values
+
+
+def seen_by(scene: Scene, name: str, q: Array, stress: Array, reach: float) -> Array:
+    """Return an observable of the picture of a stress spectrum on modes, as a level with this one member has it."""
+    if scene.camera is None or name not in FORMULAS:
+        return np.full(len(scene.speeds), nan)
+    sample = Sample(inf, 0.0, np.zeros(1, np.intp), {}, q, stress[None], reach)
+    row: Array = of_level(scene, OBSERVABLES[name], sample)[0]
+    return row

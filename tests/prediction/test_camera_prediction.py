@@ -1,0 +1,83 @@
+"""What the camera of a scene sees by theory, and by sums over modes: exact in full contact, and alike elsewhere."""
+
+from math import inf, pi, sqrt
+
+import numpy as np
+import pytest
+from small_scene import CAPPED
+
+from roughsim import prediction
+from roughsim.planning.limits import judge
+from roughsim.prediction.camera import camera_of, seen_by, views
+from roughsim.scene import parse_scene
+from theory import flash
+
+
+def scene(camera="[camera]", **changes):
+    text = CAPPED.replace("[theory]", f"{camera}\n[theory]")
+    for old, new in changes.items():
+        text = text.replace(f"{old} =", f"{new}\n#")
+    return parse_scene(text)
+
+
+def test_a_sharp_camera_sees_the_whole_temperature():
+    found = scene()
+    law = prediction.calibrated(found).stress_spectrum
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30 / (7900 * 500)}
+    exact = flash.rms_temperature(found.speeds, stress_spectrum=law, nominal_pressure=9e7, **heat)
+    np.testing.assert_allclose(
+        prediction.calibrated_predictions(found)["seen_rms"], exact, rtol=1e-6
+    )
+
+
+def test_views_know_how_far_each_speed_slid():
+    camera = '[camera]\nbehind = "20 um"\nresolution = "4 um"'
+    slid = views(scene(camera, speed='duration = "1 ms"\nspeed = [0.1, 35]'))
+    assert [one.slid_distance for one in slid] == pytest.approx([1e-4, 35e-3])
+    assert slid[0].behind == 2e-5
+    assert slid[0].resolution == 4e-6
+    assert slid[0].contact_length == inf
+    round_one = views(scene(camera, speed='contact_radius = "3 mm"\nspeed = [0.1, 35]'))
+    assert [one.slid_distance for one in round_one] == [inf, inf]
+    assert round_one[0].contact_length == 6e-3
+    assert camera_of(scene("")) is None
+
+
+def test_waves_of_full_contact_have_an_exact_picture():
+    # of two waves of the stress, q̇/(κq) at a vanishing speed, blurred by e^(−q²b²/2); the correlation is of J₀
+    found = scene('[camera]\nresolution = "100 um"', speed="speed = [1e-9, 1e-8]")
+    q, variance, b = np.array([1e4, 3e4]), np.array([4e12, 1e12]), 1e-4 / sqrt(8 * np.log(2))
+    heat = 0.11 * np.array([1e-9, 1e-8]) / 30.0
+    exact = heat * sqrt(np.sum(variance / q**2 * np.exp(-((q * b) ** 2))))
+    np.testing.assert_allclose(seen_by(found, "seen_rms", q, variance, 1e-3), exact, rtol=1e-9)
+    width = seen_by(found, "seen_width", q[:1], variance[:1], 1e-3)
+    np.testing.assert_allclose(width, 2 * 1.5211444 / 1e4, rtol=1e-4)
+
+
+def test_modes_and_integrals_show_alike_pictures():
+    found = scene(numerics="numerics", speed="speed = [0.1, 35]")
+    spectrum = prediction.smoothed_spectrum(found)
+    from roughsim.grid import Grid
+
+    length = 32 * pi / 6350
+    sums = prediction.mode_sums(found, spectrum, Grid((1024, 1024), (length, length)))
+    whole = prediction.predictions(found)
+    for name, error in (("seen_rms", 0.02), ("seen_width", 0.03)):
+        np.testing.assert_allclose(sums[name], whole[name], rtol=error)
+
+
+def test_a_picture_without_a_theory_is_unknown():
+    skin = "skin = { thickness = 1e-6, conductivity = 3 }\ndensity"
+    layered = CAPPED.replace("density", skin, 1).replace("speed =", "duration = 1e-3\nspeed =")
+    found = parse_scene(layered.replace("[theory]", "[camera]\n[theory]"))
+    assert np.isnan(prediction.predictions(found)["seen_rms"][1:]).all()
+    assert np.isnan(prediction.predictions(scene())["seen_99"]).all()
+
+
+def test_a_line_close_behind_a_slow_contact_warns():
+    near = scene('[camera]\nbehind = "20 um"', speed="speed = [1, 35]")
+    words = [remark.text for remark in judge(near).remarks if "behind/D" in remark.text]
+    assert words
+    assert "v·behind/D = 2.63 at 1 m/s, below 5" in words[0]
+    far = scene('[camera]\nbehind = "200 um"', speed="speed = [1, 35]")
+    assert not [remark for remark in judge(far).remarks if "behind/D" in remark.text]
