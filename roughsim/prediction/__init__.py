@@ -13,6 +13,7 @@ from roughsim.prediction.bodies import (
     friction_coefficient,
     heat_partition,
     heat_per_pressure,
+    heat_source,
     smoothed_spectrum,
 )
 from roughsim.prediction.camera import camera_of, of_level
@@ -25,7 +26,7 @@ from roughsim.prediction.cut_offs import (
     usual_exponent,
     yielded_fall,
 )
-from roughsim.prediction.fields import drawn_pictures, frozen_fields, heat_source, slid_fields
+from roughsim.prediction.fields import drawn_pictures, frozen_fields, slid_fields
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.modes import mode_sums
 from roughsim.prediction.sliding import (

@@ -5,12 +5,14 @@ comes from the theory over the whole spectrum. So it is known before a run, and 
 simulation: it does not disturb their ratio.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from itertools import pairwise
 from math import inf, nan
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,7 +25,11 @@ from roughsim.surface.spectrum import Spectrum
 from theory.roots import root
 from theory.skin import ThermalBody, body_of
 
+if TYPE_CHECKING:  # slow to import
+    from roughsim.observables.moments import HeatSource
+
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
+_AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
 def load_arguments(scene: Scene) -> dict[str, float]:
@@ -368,3 +374,18 @@ def _total_arguments(scene: Scene) -> dict[str, Any]:
         "temperature_difference": difference,
         "friction_coefficient": scene.friction_coefficient() if difference else None,
     }
+
+
+def heat_source(scene: Scene) -> HeatSource:
+    """Return the frictional heat of a scene, all of it in the moving body."""
+    from roughsim.observables.moments import HeatSource  # loads the transforms
+
+    bodies, layers = conduction(scene), scene.layers[0]
+    return HeatSource(
+        speeds=[speed or _AT_REST for speed in scene.speeds],
+        friction_coefficient=friction_coefficient(scene).tolist(),
+        conductivity=bodies.conductivity.tolist(),
+        diffusivity=bodies.diffusivity.tolist(),
+        skin=layers.skin,
+        heat_depth=layers.heat_depth,
+    )

@@ -14,6 +14,7 @@ from roughsim.prediction.bodies import (
     friction_coefficient,
     groups,
     heat_arguments,
+    heat_source,
     layer_arguments,
 )
 from roughsim.scene import Scene
@@ -78,7 +79,6 @@ def camera_of(scene: Scene) -> Any:
     from roughsim.heat.camera import Lens  # loads the transforms
     from roughsim.heat.periodic import MovingSource
     from roughsim.observables.camera import Camera
-    from roughsim.prediction.fields import heat_source
 
     source, sources = heat_source(scene), []
     bodies, friction = conduction(scene), friction_coefficient(scene)

@@ -22,7 +22,7 @@ from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
 from roughsim.observables.record import Sample
-from roughsim.prediction.bodies import conduction, friction_coefficient, law_arguments
+from roughsim.prediction.bodies import conduction, friction_coefficient, heat_source, law_arguments
 from roughsim.prediction.camera import camera_of
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.sliding import moving_roughness
@@ -43,7 +43,6 @@ _SLID_WAVES, _SLID_POINTS, _SLID_PIXELS, _SLID_FIELDS = (2.0, 8.0), 160, 5, 6
 _FINEST, _LEAST_STEPS = 640, 4  # points of slides that are short, and pixels of these
 _FURTHEST = 4.0  # lengths of the cell that are slid: further counts as that
 Load = dict[str, Any]  # E*, σ₀ and σ_P, as `law_arguments`
-_AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
 class FrozenFields(NamedTuple):
@@ -51,21 +50,6 @@ class FrozenFields(NamedTuple):
 
     samples: tuple[Sample, ...]  # lowest cut-off first
     flash: Array  # K, up to each cut-off and over all of C(q), (samples + 1, speeds)
-
-
-def heat_source(scene: Scene) -> HeatSource:
-    """Return the frictional heat of a scene, all of it in the moving body."""
-    from roughsim.observables.moments import HeatSource  # loads the transforms
-
-    bodies, layers = conduction(scene), scene.layers[0]
-    return HeatSource(
-        speeds=[speed or _AT_REST for speed in scene.speeds],
-        friction_coefficient=friction_coefficient(scene).tolist(),
-        conductivity=bodies.conductivity.tolist(),
-        diffusivity=bodies.diffusivity.tolist(),
-        skin=layers.skin,
-        heat_depth=layers.heat_depth,
-    )
 
 
 @lru_cache(maxsize=16)  # .7 s at three speeds, in each table of a comparison
