@@ -36,15 +36,17 @@ _AT_HARDNESS = 1e-5  # relative; fields are stored in single precision
 def map_chart(subject: Subject, name: str, path: Path, zoom: Zoom | None = None) -> None:
     """Draw a field in colours, with an enlarged view of the hottest, or most loaded, part of a large cell."""
     field, pressure, grid = subject.field(name), subject.field("pressure"), subject.grid
-    window, hot = _window_of(grid, zoom), name == "temperature"
+    window, hot = _window_of(grid, zoom), name in ("temperature", "seen")
     narrow = subject.look.size is not None and subject.look.size[0] < _TWO_PANELS
     enlarged = (
         None if narrow or zoom is not None else busiest_part(field if hot else averaged(pressure))
     )
     field, colours, label, hard = _with_colours(subject, name, field, pressure, window)
     windows = [window] if enlarged is None else [window, enlarged]
-    # on a small map of the whole cell it would hide the spots
-    outlined = pressure if hot and not (narrow and zoom is None) else None
+    # on a small map of the whole cell it would hide the spots, and a line behind the contact has none
+    camera = subject.run.scene.camera
+    behind = name == "seen" and camera is not None and camera.behind is not None
+    outlined = pressure if hot and not (narrow and zoom is None) and not behind else None
     title = FIELDS[name][0]
     if hard:
         title += f"; grey: {100 * hard:.3g} % of it, at the hardness"
@@ -254,7 +256,7 @@ def colour_range(name: str, field: Array, hard: float = 0.0) -> dict[str, Any]:
 
 def _colour_map(name: str) -> Colormap:
     """Return the colours of a field, even in lightness for every eye; the smallest pressure (0) is white."""
-    if name in ("heights", "temperature"):
+    if name in ("heights", "temperature", "seen"):
         return colormaps["RdBu_r" if name == "heights" else "inferno"]
     shades = colormaps["magma_r"](np.linspace(0.03, 0.9, 255))
     return LinearSegmentedColormap.from_list("pressure", np.vstack([[1.0, 1.0, 1.0, 1.0], shades]))

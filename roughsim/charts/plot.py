@@ -104,11 +104,12 @@ def plot_run(
 ) -> Path:
     """Draw one quantity of a run, and return the path of the picture.
 
-    Maps are of "heights", "pressure", "temperature" or "heat_flux". "distribution" shows the distribution of the
-    temperature over the contact, "profile" the line along x through the hottest point, "spectrum" the power spectra of
-    the kept heights and of the stress, "correlation" g_σ(r), "sliding" temperatures and share over the slid distance,
-    "reaction" temperatures and rates of a run with [reaction], also of the column "sliding", as "reaction_rate" and the
-    other rows that a scene asks for over the speed, "snapshots" pressure and temperature at four slid distances.
+    Maps are of "heights", "pressure", "temperature", "heat_flux", or "seen", the temperature through the [camera].
+    "distribution" shows the distribution of the temperature over the contact, "profile" the line along x through
+    the hottest point, "spectrum" the power spectra of the kept heights and of the stress, "correlation" g_σ(r),
+    "sliding" temperatures and share over the slid distance, "reaction" temperatures and rates of a run with
+    [reaction], also of the column "sliding", as "reaction_rate" and the other rows that a scene asks for over the
+    speed, "snapshots" pressure and temperature at four slid distances.
 
     `path` ends in .png, .pdf or .svg; default: a .png beside the run folder. `realization` is by default the first kept
     one, or all for spectra, `speed` the scene's highest, m/s, `column` as in `Run.estimate`. Of a map `zoom` draws the

@@ -40,6 +40,7 @@ FIELDS = {
     "heights": ("Composite heights", "$h$", "m"),
     "pressure": ("Contact pressure", r"$\sigma$", "Pa"),
     "temperature": ("Temperature above the mean of the cell", "$T$", "K"),
+    "seen": ("Temperature above the mean of the cell as the camera sees it", "$T$", "K"),
     "heat_flux": ("Frictional heat of both bodies", r"$\mu\sigma v$", "W/m²"),
 }
 _SMALLEST, _LARGEST = 1.5, 40.0  # sides of a figure, inches

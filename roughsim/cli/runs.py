@@ -104,9 +104,9 @@ def plot(  # noqa: PLR0913  (each is an option)
 ) -> None:
     """Draw a map or a curve of a run, as .png, .pdf or .svg. Of a study, an observable over its axes.
 
-    Maps: heights, pressure, temperature, heat_flux. Curves: psd, correlation, spectrum, distribution, reaction, and
-    each observable over the speed, as flash_temperature; another word lists all. Temperatures are computed from the
-    stored pressure.
+    Maps: heights, pressure, temperature, seen (by a camera), heat_flux. Curves: psd, correlation, spectrum,
+    distribution, reaction, and each observable over the speed, as flash_temperature; another word lists all.
+    Temperatures are computed from the stored pressure.
     """
     from roughsim.results.folder import gap
 

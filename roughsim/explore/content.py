@@ -211,13 +211,15 @@ class MemberFields:
     ) -> Temperature:
         """Return the temperature at a speed, m/s, and direction, rad, on the whole grid or on the preview grid.
 
-        `scene` is that of the run if left out; it may have other layers on its bodies, which do not change the contact.
+        `scene` is that of the run if left out; it may have other layers on its bodies, or no camera; neither
+        changes the contact.
         """
         scene = self.run.scene if scene is None else scene
         pressure, grid = self.pressure, self.grid
         if preview:
             pressure, grid = self.preview_pressure, self.preview_grid
-        field = self.run.temperature(pressure, grid, speed, direction, self.column, scene)
+        seen = self.run.temperature if scene.camera is None else self.run.seen
+        field = seen(pressure, grid, speed, direction, self.column, scene)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
         return Temperature(self, field, grid, speed, direction, scene, contact)

@@ -148,6 +148,7 @@ class Page:
         when(controls.member, "value", self.choose_member)
         when(controls.colours_of, "active", self.draw_maps)
         when(layout.skin.material, "value", self.choose_layers)
+        when(layout.skin.camera, "active", self.choose_layers)
         for axis in (layout.x_range, layout.y_range):
             when(axis, "start", self.draw_maps)
             when(axis, "end", self.draw_maps)
@@ -340,8 +341,10 @@ class Page:
             note = (
                 ", preview" if self.temperature.preview else f", {self.temperature.speed:.3g} m/s"
             )
-            if not self.temperature.preview and self.temperature.scene != self.watched.run.scene:
-                note += f", {layers_text(self.temperature.scene)}"
+            shown, own = self.temperature.scene, self.watched.run.scene
+            note += ", through the camera" * (shown.camera is not None)
+            if not self.temperature.preview and shown.layers != own.layers:
+                note += f", {layers_text(shown)}"
         if lengths != self.watched.run.numerics.lengths:
             where = self.watched.run.numerics.levels[self.chosen_level].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)

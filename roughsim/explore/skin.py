@@ -63,13 +63,24 @@ class SkinControls:
             slider.update(width=230, format=models.CustomJSTickFormatter(code=label))
             sliders.append(slider)
         self.thickness, self.heat_depth = sliders
-        self.row = row(self.material, self.thickness, self.heat_depth, styles={"flex-wrap": "wrap"})
+        self.camera = models.Checkbox(
+            label="through the camera",
+            active=True,
+            name="camera",
+            visible=self.own.camera is not None,
+        )
+        chosen = self.material, self.thickness, self.heat_depth, self.camera
+        self.row = row(*chosen, styles={"flex-wrap": "wrap"})
 
     def scene(self) -> Scene:
-        """Return the scene of the run with the chosen skin and depth."""
+        """Return the scene of the run with the chosen skin and depth, and without its camera if that is not chosen."""
         thickness, depth = _length(self.thickness), _length(self.heat_depth)
         skin = replace(self.skins[self.material.value], thickness=thickness) if thickness else None
-        return replace(self.own, body=replace(self.own.body, skin=skin, heat_depth=depth))
+        body = replace(self.own.body, skin=skin, heat_depth=depth)
+        if self.own.camera is None or self.camera.active:
+            return replace(self.own, body=body)
+        aimless = replace(self.own.ensemble, until=())  # a target may be of the camera
+        return replace(self.own, body=body, camera=None, ensemble=aimless)
 
 
 def _length(slider: models.Slider) -> float | None:

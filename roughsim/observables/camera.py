@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from roughsim.fourier.convolution import convolutions
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Field, Grid
 from roughsim.heat.periodic import MovingSource, moving, response_of, turned_response
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.record import Sample, ratio
@@ -97,7 +97,7 @@ def rms_of(spectrum: StressSpectrum, camera: Camera) -> Array:
 
 
 def hottest_of(
-    pressure: Array, grid: Grid, spectrum: StressSpectrum, sliding: HeatSource, camera: Camera
+    pressure: Field, grid: Grid, spectrum: StressSpectrum, sliding: HeatSource, camera: Camera
 ) -> Array:
     """Return the temperature that `EXCEEDED` of the picture of a contact exceeds, K above its mean, (speeds,).
 
@@ -108,7 +108,7 @@ def hottest_of(
     return rms_of(spectrum, camera) * hottest_over_rms(pressure, grid, sliding, camera)
 
 
-def hottest_over_rms(pressure: Array, grid: Grid, sliding: HeatSource, camera: Camera) -> Array:
+def hottest_over_rms(pressure: Field, grid: Grid, sliding: HeatSource, camera: Camera) -> Array:
     """Return the temperature that `EXCEEDED` of the picture exceeds, over its own rms, (speeds,)."""
     hottest = np.zeros(len(camera.sources))
     if pressure.min() == pressure.max():
@@ -120,7 +120,7 @@ def hottest_over_rms(pressure: Array, grid: Grid, sliding: HeatSource, camera: C
     return hottest
 
 
-def pictures(pressure: Array, grid: Grid, sliding: HeatSource, camera: Camera) -> list[Array]:
+def pictures(pressure: Field, grid: Grid, sliding: HeatSource, camera: Camera) -> list[Field]:
     """Return κT/q̇ of the whole picture, m, at each speed, q̇ the mean heat; without its mean."""
     flux = (pressure / pressure.mean()).astype(np.float32)
     diffusivities = np.broadcast_to(sliding.diffusivity, len(sliding.speeds)).tolist()

@@ -37,7 +37,7 @@ def plot(  # noqa: PLR0913  (each is an option)
     run : Run, Study, str or Path
         The run, the study, or its folder. Damaged members of a run are left out.
     quantity : str
-        Maps: "heights", "pressure", "temperature", "heat_flux", "snapshots". Curves of one member or of all:
+        Maps: "heights", "pressure", "temperature", "seen", "heat_flux", "snapshots". Curves of one member or of all:
         "distribution", "profile", "spectrum", "correlation", "sliding", "reaction". Curves over theory, of all members:
         "psd", which is C(q) and C_sm(q), and each observable over the speed, such as "flash_temperature" or, of a scene
         that asks, "reaction_rate". Of a study: an observable.

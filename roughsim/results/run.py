@@ -37,6 +37,7 @@ Field = NDArray[np.float32]
 DERIVED_UNITS = {
     "heat_flux": "W/m^2",
     "temperature": "K",
+    "seen": "K",
 }  # of fields that follow from the pressure and the speed
 
 
@@ -267,14 +268,15 @@ class Run(Estimates):
 
         Parameters
         ----------
-        name : {"heights", "pressure", "heat_flux", "temperature"}
+        name : {"heights", "pressure", "heat_flux", "temperature", "seen"}
             Composite heights, m; pressure, Pa; the frictional heat μσ|v| of both bodies, W/m²; the temperature of the
             moving body with its share of the heat, above the mean of the cell, K, after the slide from rest over the
-            `slid_distance` of the numerics. The last two are computed from the stored pressure.
+            `slid_distance` of the numerics; "seen", the same as the [camera] of the scene sees it. The last three are
+            computed from the stored pressure.
         column : str, optional
             As in `estimate`.
         speed : float, optional
-            v, m/s, for heat_flux and temperature: any speed, also one without moments in the run; negative: the
+            v, m/s, for heat_flux, temperature and seen: any speed, also one without moments in the run; negative: the
             opposite direction.
         direction : float
             Angle of sliding, radians from axis 0 towards axis 1.
@@ -316,6 +318,8 @@ class Run(Estimates):
         if name == "heat_flux":
             return field * np.float32(prediction.heat_per_pressure(self.scene, speed))
         column = self.numerics.levels[level].column
+        if name == "seen":
+            return self.seen(field, self.numerics.grid(level), speed, direction, column)
         return self.temperature(field, self.numerics.grid(level), speed, direction, column)
 
     def temperature(
@@ -350,6 +354,28 @@ class Run(Estimates):
         )
         temperature *= np.float32(self.heat_share(speed, column, scene))
         return temperature
+
+    def seen(
+        self,
+        pressure: Field,
+        grid: Grid,
+        speed: float,
+        direction: float = 0.0,
+        column: str | None = None,
+        scene: Scene | None = None,
+    ) -> Field:
+        """Return `temperature` as the camera of the scene sees it; ValueError without a [camera]."""
+        if self.scene.camera is None:
+            raise self.not_asked("seen")
+        from roughsim.observables.camera import pictures  # slow to import
+
+        layered = scene or self.scene
+        at_speed = replace(layered, sliding=replace(layered.sliding, speed=(abs(speed),)))
+        turned = direction if speed > 0.0 else direction + np.pi
+        camera = prediction.camera_of(at_speed)._replace(direction=turned)
+        (field,) = pictures(pressure, grid, prediction.heat_source(at_speed), camera)
+        heat = camera.heating[0] * float(pressure.mean()) * self.heat_share(speed, column, scene)
+        return np.asarray(field * np.float32(heat))
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""

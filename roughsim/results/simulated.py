@@ -253,7 +253,7 @@ class Estimates(Means):
         """Return the error that the scene does not ask for an observable, or for the distribution itself."""
         asked = ASKED.get(name)
         lines = asked.lines if asked else "[observables] with temperature_distribution = true"
-        if name in OBSERVABLES and OBSERVABLES[name].asked == CAMERA:
+        if name == "seen" or (name in OBSERVABLES and OBSERVABLES[name].asked == CAMERA):
             return ValueError(
                 f"{self.folder} has no {name}: its scene has no camera; add {ASKED_BY[CAMERA]} and run it in another "
                 "folder"

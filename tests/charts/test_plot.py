@@ -14,7 +14,7 @@ from roughsim.charts.style import scaled
 from roughsim.cli import main
 from roughsim.estimate.asked import ABOUT
 
-ASKED = ("sliding", "reaction", *ABOUT, "snapshots")  # of other scenes
+ASKED = ("sliding", "reaction", *ABOUT, "snapshots", "seen")  # of other scenes
 DRAWN = [quantity for quantity in QUANTITIES if quantity not in ASKED]
 
 
