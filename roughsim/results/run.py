@@ -364,7 +364,10 @@ class Run(Estimates):
         column: str | None = None,
         scene: Scene | None = None,
     ) -> Field:
-        """Return `temperature` as the camera of the scene sees it; ValueError without a [camera]."""
+        """Return the temperature, K, as the camera of the scene sees it; ValueError without a [camera].
+
+        `pressure`, `grid`, `speed`, `direction`, `column` and `scene` as in `temperature`.
+        """
         if self.scene.camera is None:
             raise self.not_asked("seen")
         from roughsim.observables.camera import pictures  # slow to import
