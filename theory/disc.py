@@ -31,6 +31,7 @@ _POINTS, _POINT_WEIGHTS = leggauss(48)  # over ±_REACH of S: exact to 1e-13
 # laps: all are followed up to the first number; until the second the mean over a lap takes their place smoothly, with
 # the derivatives up to the fifth, so that U is exact to 1e-9
 _FIRST, _LAST, _SMOOTH = 4, 24, 6
+_MANY = 1e9  # laps, of which the last ones change U by less than 1e-8
 _STEPS, _STEP_WEIGHTS = leggauss(12)  # over the laps between the two
 _SHORT = 500.0, 170.0  # q, and q τ^(1/6): waves shorter than both have 1e-8 of the mean over a lap
 _ROUND = 500.0, 1000.0  # qρ, between which J₀(qρ)² gives way to its mean
@@ -86,7 +87,7 @@ def ring(time: float, peclet: float, track: float) -> float:
     """Return U of a disc that goes round a track of radius ρ ≥ 1, from its start on."""
     lap = 2 * pi * track / peclet
     first, last = lap * _FIRST, lap * _LAST
-    ends = time > 2 * last and not isinf(time)  # the last laps count by themselves
+    ends = 2 * last < time < _MANY * lap  # the last laps count by themselves
 
     def followed(age: Array) -> Array:
         """Return the weight of heat of an age, of which the lap is followed."""

@@ -126,6 +126,14 @@ def test_fast_ring_is_an_annulus_for_ever(track):
     assert above[1] < 1e-3 * exact
 
 
+def test_long_fast_ring_has_both_its_lap_and_its_passing():
+    track, peclet = 2e3, 1e8
+    q, weight = on(np.linspace(0, 15, 30000))
+    annulus = (2 * (j1(q) / q) ** 2 * j0(q * track) ** 2) @ weight
+    both = annulus + mean_rise(inf, peclet)
+    assert mean_rise(inf, peclet, track) == pytest.approx(both, rel=0.01)
+
+
 def test_slow_ring_rests_and_long_ring_is_straight():
     assert mean_rise(inf, 1e-9, 3.0) == pytest.approx(8 / (3 * pi), rel=1e-6)
     assert mean_rise(inf, 50.0, 1e9) == pytest.approx(mean_rise(inf, 50.0), rel=1e-7)
@@ -141,7 +149,14 @@ def test_ring_is_hotter_than_straight_and_cooler_than_rest():
 
 @pytest.mark.parametrize(
     ("time", "peclet", "track"),
-    [(1e-30, 0, inf), (1e30, 1e-20, 1.0), (1e-12, 1e12, inf), (1e12, 1e12, inf), (inf, 1e12, 1e3)],
+    [
+        (1e-30, 0.0, inf),
+        (1e30, 1e-20, 1.0),
+        (1e-12, 1e12, inf),
+        (1e12, 1e12, inf),
+        (inf, 1e11, 1e3),
+        (2e13, 3e10, 1e3),
+    ],
 )
 def test_disc_of_any_size_has_a_number(time, peclet, track):
     assert 0.0 < mean_rise(time, peclet, track) <= 8 / (3 * pi)
