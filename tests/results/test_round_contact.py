@@ -128,6 +128,21 @@ def test_time_and_track_enter_the_background():
     assert np.all(prediction.background(scene_with("heat_partition = 0.5")) == 0.0)
 
 
+def test_track_takes_its_part_of_the_share():
+    keys = f"{ROUND}duration = 0.2\n"
+    straight, ring = scene_with(keys), scene_with(f"{keys}track_radius = {2 * RADIUS}")
+    # (1 − s)/s is the temperature of the moving body over that of the resting one, each with all the heat
+    odds, others = (1 / prediction.heat_partition(one) - 1 for one in (straight, ring))
+    rises = [
+        [mean_rise(0.2 * D / RADIUS**2, v * RADIUS / D, track) for v in SPEEDS]
+        for track in (np.inf, 2.0)
+    ]
+    warm_straight, warm_ring = FLUX * RADIUS / KAPPA * np.array(rises)
+    hot = prediction.predictions(straight)["flash_temperature"]
+    np.testing.assert_allclose(others / odds, (warm_ring + hot) / (warm_straight + hot), rtol=1e-9)
+    assert (warm_ring > 1.05 * warm_straight)[-1]
+
+
 def test_table_of_conductivity_is_at_the_warmed_contact():
     table = "{ temperature = [200, 3000], value = [50, 22] }"
     text = STEEL.replace('"30 W/(m K)"', table).replace(
