@@ -73,7 +73,7 @@ def draw(rows: list[Row], path: Path) -> None:
         axes = figure.subplots()
         low, high = (1 - MARGIN) * MEASURED, (1 + MARGIN) * MEASURED
         axes.axhspan(low, high, color="0.88", lw=0)
-        axes.text(25, MEASURED, "measured", va="center", fontsize=8.5)
+        axes.text(130, MEASURED, "measured", va="center", fontsize=8.5)
         exposures = [float(key) for key in rows[0]]
         axes.errorbar(exposures, mean, scatter, fmt="o-", color=BLUE, capsize=2.5)
         axes.set(xscale="log", xlabel="slid during the exposure (µm)", ylabel="hottest track (K)")
