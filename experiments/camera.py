@@ -8,7 +8,7 @@ long as the grid. The hottest track is the highest temperature 20 µm behind the
 
 - one face: only the block with the hole is rough. Its contact stays where it is, so that exposure makes no difference.
 - hole in the block: the same; no load is carried inside the hole, and the load per area outside it is the same.
-- two faces: both are rough and share the heat evenly; long exposure, the mean over positions of the moving face.
+- two faces: both are rough, each takes half of the heat at every point; long exposure, the mean over positions.
 
 A point spread is a Gaussian across the tracks along the rim, and in both directions on maps. A radiance camera at
 0.9 µm averages exp(−c₂/λT), and shows the temperature with this mean; the mean temperature is 973 K.
@@ -186,7 +186,7 @@ def table_of(found: dict[tuple[str, float], list[Row]]) -> list[list[str]]:
     heads = ["", "at the rim", "20 µm behind", "100 µm behind", "20 µm, FWHM 19 µm", "FWHM 70 µm"]
     keys = "behind 0", "behind 20", "behind 100", "spread 19", "spread 70"
     names = {"one": "one rough face, share .938", "hole": "the same, no load in the hole"}
-    names["two"] = "two rough faces, share ½, long exposure"
+    names["two"] = "two rough faces, half of the heat, long exposure"
     table = [heads]
     for kind, name in names.items():
         means = [mean_of(found[kind, 1.2e9], key) for key in keys]
