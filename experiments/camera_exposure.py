@@ -95,7 +95,7 @@ def draw(rows: list[Row], path: Path) -> None:
 
 def main() -> None:
     options = Command(__file__, __doc__).parse()
-    points, pictures = (64, 2) if options.toy else (512, 8)
+    points, pictures = (64, 2) if options.toy else (512, 6)
     grid = rs.Grid((3 * points // 2, points), SIDES)
     rows = Rows(options.output / f"exposed-{points}.json", resume=True)
     found = []

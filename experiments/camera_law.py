@@ -145,15 +145,6 @@ def of_steel() -> dict[str, float]:
     return numbers | {"rim": rim, "cut_off": 100 * (rim / rms(view) - 1)}
 
 
-def instruments(numbers: dict[str, float]) -> list[list[str]]:
-    """Return the table of what a camera changes of the rms of steel."""
-    heads = ["sharp", "4 µm", "19 µm", "70 µm", "l = 100 µm", "l = 1 mm"]
-    heads += [f"d = {d} µm" for d in (20, 100, 500)]
-    names = "sharp", "spread_4", "spread_19", "spread_70", "smear_100", "smear_1000"
-    values = [numbers[name] for name in (*names, "behind_20", "behind_100", "behind_500")]
-    return [["", *heads], ["rms, K", *(f"{value:.0f}" for value in values)]]
-
-
 def compared(one: Drawn, row: Row, kind: str, picture: camera.View) -> Point:
     """Return kind, v/Dq_r, law over simulation and its standard error; print them."""
     peclet = one.speed / one.body["diffusivity"] / one.spectrum.q_roll_off
@@ -195,8 +186,7 @@ def main() -> None:
             dict(zip(("kind", "speed", "ratio", "error"), p, strict=True)) for p in still + marched
         ]
         command = "python experiments/camera_law.py --evidence"
-        tables = {"instruments": instruments(numbers)}
-        write_evidence("camera_law", command, rows=points, numbers=numbers, tables=tables)
+        write_evidence("camera_law", command, rows=points, numbers=numbers)
         show_on_pages(options.output / "camera_law.png")
 
 
