@@ -237,7 +237,7 @@ def main() -> None:
         f"one rough face, {1e6 * s:g} µm": through_hole(one, fine, s) for s in (4e-6, 19e-6, 70e-6)
     }
     two = picture("two", 1.2e9, coarse, SHOWN, positions)
-    maps["two rough faces, long exposure, 4 µm"] = through_hole(two, coarse, 4e-6)
+    maps["two rough faces, 4 µm"] = through_hole(two, coarse, 4e-6)
     figures.camera(maps, hot, RADIUS, path)
     if options.evidence:
         command = "python experiments/camera.py --evidence"

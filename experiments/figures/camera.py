@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from .style import BLUE, GREEN, ORANGE, PINK, SKY, new_figure
 
 Points = list[tuple[float, float, float]]  # hardness, Pa; hottest track and its scatter, K
-NAMES = {"one": "one rough face, share .938", "two": "two rough faces, share ½"}
+NAMES = {"one": "one rough face", "two": "two, half of the heat, long exposure"}
 COLOURS = {"one": ORANGE, "two": BLUE}
 MEASURED, MARGIN = 200.0, 0.1  # K; how well it can be read, of it
 
