@@ -34,6 +34,7 @@ SHARE = {"one": 0.938, "hole": 0.938, "two": 0.5}
 HARDNESSES = {"one": (0.5e9, 0.8e9, 1.2e9, 2e9, 3e9), "two": (0.5e9, 1.2e9, 3e9)}
 BEHIND, SPREADS = (0.0, 20e-6, 100e-6), (4e-6, 19e-6, 38e-6, 70e-6)  # of the rim; FWHM; m
 WIEN, BACKGROUND, HOTTEST = 1.438777e-2 / 0.9e-6, 973.0, 1e-3  # c₂/λ and T₀, K; share of a map
+SLID_SHARE = 0.72  # of the moving body, point by point: experiments/two_bodies.py
 SHOWN = 3  # the seed of the picture in the figure
 SIGMA = 2 * np.sqrt(2 * np.log(2))  # FWHM of a Gaussian over its standard deviation
 
@@ -175,6 +176,7 @@ def numbers_of(found: dict[tuple[str, float], list[Row]], radiance: list[Row]) -
         numbers |= {f"{kind}_power": power, f"{kind}_at_200": np.exp((np.log(200) - first) / power)}
         scatter = numbers[f"{kind}_1.2_behind_20_scatter"]
         numbers[f"{kind}_hardness_scatter"] = scatter / power
+    numbers["one_slid"] = SLID_SHARE / SHARE["one"] * numbers["one_1.2_behind_20"]
     for key in radiance[0]:
         mean, error, _ = mean_of(radiance, key)
         numbers |= {f"radiance_{key}": 100 * mean, f"radiance_{key}_error": 100 * error}
