@@ -22,6 +22,7 @@ from roughsim.observables.stress_spectrum import StressSpectrum
 
 EXCEEDED = 0.01  # share of the picture that is hotter than `seen_99`
 _GROWTH, _NODES = 1.6, 14  # of panels over the angle, and their nodes: 1e-6 of smooth means
+_AT_REST = 1e-100  # K/(Pa m): no speed makes so little heat
 _BLOCK = 128  # wavenumbers that share their directions
 _DISTANCES = np.append(0.0, np.geomspace(1e-3, 1.0, 48))  # of the correlation, over the largest
 
@@ -109,10 +110,13 @@ def hottest_of(
 
 
 def hottest_over_rms(pressure: Field, grid: Grid, sliding: HeatSource, camera: Camera) -> Array:
-    """Return the temperature that `EXCEEDED` of the picture exceeds, over its own rms, (speeds,)."""
-    hottest = np.zeros(len(camera.sources))
+    """Return the temperature that `EXCEEDED` of the picture exceeds, over its own rms, (speeds,).
+
+    NaN if the camera blurs all waves of the cell away.
+    """
     if pressure.min() == pressure.max():
-        return hottest
+        return np.zeros(len(camera.sources))
+    hottest = np.full(len(camera.sources), np.nan)
     for k, field in enumerate(pictures(pressure, grid, sliding, camera)):
         own = float(np.sqrt(np.mean(np.square(field, dtype=np.float64))))
         if own > 0.0:
@@ -144,6 +148,8 @@ def seen_rms(sample: Sample, camera: Camera) -> Array:
         for one, heating in zip(camera.sources, camera.heating, strict=True)
     ]
     both = np.stack(squares, axis=1)
+    heated = np.array(camera.heating) > _AT_REST
+    both[:, heated & ~(both > 0.0).any(axis=0)] = np.nan  # blurred by more than the cell
     return ratio(both, np.ones_like(both), 0.5)
 
 

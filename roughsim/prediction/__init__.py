@@ -16,7 +16,7 @@ from roughsim.prediction.bodies import (
     heat_source,
     smoothed_spectrum,
 )
-from roughsim.prediction.camera import camera_of, of_level
+from roughsim.prediction.camera import beyond_cell, camera_of, of_level
 from roughsim.prediction.cut_offs import (
     continuation,
     follows_power,
@@ -52,6 +52,7 @@ __all__ = [
     "background",
     "backgrounds",
     "balanced",
+    "beyond_cell",
     "calibrated",
     "calibrated_correlation",
     "calibrated_over_speed",

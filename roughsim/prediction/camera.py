@@ -1,7 +1,8 @@
 """What the camera of a scene sees, by a stress spectrum of the theory, and its numbers for simulations."""
 
+from contextlib import suppress
 from functools import lru_cache
-from math import inf, nan
+from math import inf, nan, pi
 from typing import Any
 
 import numpy as np
@@ -17,11 +18,13 @@ from roughsim.prediction.bodies import (
     heat_source,
     layer_arguments,
 )
+from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
 from roughsim.scene.numerics import SLIDING
 from theory.camera import View, seen_rms, seen_width
 
+_MOST_BEYOND = 0.5
 FORMULAS = {"seen_rms": seen_rms, "seen_width": seen_width}
 
 
@@ -67,7 +70,8 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
         for k in np.arange(speeds.size)[indices].tolist():
             if layered and (looks[k].slid_distance < inf or looks[k].behind is not None):
                 continue
-            result[k] = FORMULAS[name](scene.speeds[k], view=looks[k], **stress, **heat)
+            with suppress(ValueError):  # an even picture has no width
+                result[k] = FORMULAS[name](scene.speeds[k], view=looks[k], **stress, **heat)
     return result
 
 
@@ -118,3 +122,34 @@ def seen_by(scene: Scene, name: str, q: Array, stress: Array, reach: float) -> A
     sample = Sample(inf, 0.0, np.zeros(1, np.intp), {}, q, stress[None], reach)
     row: Array = of_level(scene, OBSERVABLES[name], sample)[0]
     return row
+
+
+class _Shorter:
+    """A stress spectrum without waves longer than a cell."""
+
+    def __init__(self, whole: Any, start: float):
+        self._whole = whole
+        self.breaks = (start, *(kink for kink in whole.breaks if kink > start))
+
+    def __call__(self, q: Array) -> Array:
+        values: Array = self._whole(q)
+        return values
+
+
+@lru_cache(maxsize=64)  # .1 s at each speed, for each observable in each round
+def beyond_cell(scene: Scene, side: float) -> Array:
+    """Return the share of the rms of the picture by waves longer than the side of a cell, m, (speeds,), by the law.
+
+    NaN where no law holds, and above a half, where the picture is not of the cell.
+    """
+    law = calibrated(scene).stress_spectrum
+    if law is None:
+        return np.full(len(scene.speeds), nan)
+    load = {"nominal_pressure": scene.sliding.nominal_pressure}
+    whole = seen_in(scene, "seen_rms", {"stress_spectrum": law, **load})
+    start = max(2 * pi / side, law.breaks[0])
+    within = seen_in(scene, "seen_rms", {"stress_spectrum": _Shorter(law, start), **load})
+    with np.errstate(all="ignore"):  # 0/0 at rest
+        share = np.where(whole > 0.0, 1.0 - within / whole, 0.0)
+    share[share > _MOST_BEYOND] = nan
+    return share

@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from roughsim import prediction
 from roughsim.estimate import errors
 from roughsim.estimate.cell_size import size_error
 from roughsim.estimate.mean import Mean
 from roughsim.grid import Array
+from roughsim.observables.catalogue import CAMERA, OBSERVABLES
 from roughsim.results.members import Members
 from roughsim.results.pressed import SHARED, SOME_LOAD, overshoot, whole
 from roughsim.scene import Scene
@@ -48,7 +50,10 @@ class Drawn:
     def size_error(self, observable: str, column: str, of_levels: OfColumn) -> Array | float:
         """Return the relative error of an observable by the finite cell."""
         lengths, parts = self.numerics.lengths, self.numerics.parts(column)
-        return size_error(self.scene, lengths, observable, column, parts)
+        error = size_error(self.scene, lengths, observable, column, parts)
+        if observable in OBSERVABLES and OBSERVABLES[observable].asked == CAMERA:
+            return np.hypot(error, prediction.beyond_cell(self.scene, min(lengths)))
+        return error
 
     def scattered(self, mean: Mean, column: str, of_levels: OfColumn) -> Mean:
         """Return the mean of a column with the scatter of its surfaces."""

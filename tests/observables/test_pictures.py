@@ -139,3 +139,12 @@ def test_a_uniform_contact_makes_a_picture_of_nothing():
 def test_a_correlation_that_never_halves_has_no_width():
     y = camera.distances(1e-3)
     assert np.isnan(camera._widths(np.ones((2, y.size)), y)).all()
+
+
+def test_a_picture_blurred_beyond_its_cell_is_unknown():
+    source = MovingSource((1e5, 0.0), lens=Lens(resolution=1.0))
+    seen, heat = Camera((source,), (1.0,)), HeatSource([1e5 * DIFFUSIVITY], 1.0, 1.0, DIFFUSIVITY)
+    assert np.isnan(camera.hottest_over_rms(contact(), GRID, heat, seen)).all()
+    q, variance = nodes()
+    sample = Sample(inf, 0, np.arange(1), {}, q, variance[None], 1e-3)
+    assert np.isnan(camera.seen_rms(sample, seen)).all()

@@ -81,3 +81,12 @@ def test_a_line_close_behind_a_slow_contact_warns():
     assert "v·behind/D = 2.63 at 1 m/s, below 5" in words[0]
     far = scene('[camera]\nbehind = "200 um"', speed="speed = [1, 35]")
     assert not [remark for remark in judge(far).remarks if "behind/D" in remark.text]
+
+
+def test_waves_longer_than_the_cell_are_an_error_of_its_picture():
+    found = scene(speed="speed = [0.1, 35]")
+    assert prediction.beyond_cell(found, 4e-3).max() < 0.02
+    # without any wave of the law below 4 mm only a blurred picture misses the rest
+    blurred = scene('[camera]\nresolution = "1.5 mm"', speed="speed = [0.1, 35]")
+    assert (prediction.beyond_cell(blurred, 2e-3) > 0.02).all()
+    assert np.isnan(prediction.beyond_cell(scene('[camera]\nresolution = "1 m"'), 4e-3)[1:]).all()
