@@ -1,12 +1,15 @@
 """What the camera of a scene sees, in a line of a first screen."""
 
 from collections.abc import Iterator, Mapping
+from math import inf
 
 import numpy as np
 
+from roughsim import prediction
 from roughsim.observables.catalogue import CAMERA, OBSERVABLES, observables_of
 from roughsim.results.theories import CALIBRATED, ColumnOf
 from roughsim.scene import Scene
+from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import with_unit
 
 
@@ -27,4 +30,20 @@ def pictured(scene: Scene, columns: Mapping[str, ColumnOf], column: str = "") ->
         if values:
             parts.append(f"{with_unit(name, OBSERVABLES[name].unit)} {', '.join(values)}")
     of = f"{column}, calibrated" if column else CALIBRATED
+    if scene.sliding.history == SLIDING:
+        parts.append("unknown of the column sliding, whose pictures change as the faces move")
     yield f"camera at {scene.speeds[k]:g} m/s ({of}): {'; '.join(parts)}."
+
+
+def meaning_of(scene: Scene) -> Iterator[str]:
+    """Yield the meaning of what the camera sees; nothing without one."""
+    if scene.camera is None:
+        return
+    slid = prediction.slid_distances(scene)
+    after = "steady" if inf in slid else "after the slid distance of the scene"
+    unknown = "; unknown of the column sliding" * (scene.sliding.history == SLIDING)
+    yield (
+        f"seen: of the picture that [camera] takes, above the mean of the surface, {after}{unknown}. seen_99: 1 % of the "
+        "picture is hotter; seen_width: full width at half maximum of the correlation across sliding, √2 times that of a "
+        "Gaussian track."
+    )

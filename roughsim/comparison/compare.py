@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from roughsim.comparison.camera import pictured
+from roughsim.comparison.camera import meaning_of, pictured
 from roughsim.comparison.slope import Slope, stress_slope
 from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
 from roughsim.estimate.levels import FLASH
@@ -341,6 +341,7 @@ def meanings(comparison: Comparison) -> Iterator[str]:
     yield f"± total error, 95 %. theory: over the whole spectrum. {_SAME_MODES}"
     yield calibrated_note(comparison.run.scene)
     yield from map(str, comparison.judged.statements)
+    yield from meaning_of(comparison.run.scene)
     yield from _meanings_of_directions(comparison.run)
     yield from marked(comparison.judged.warnings)
     if comparison.run.numerics.slide is not None:

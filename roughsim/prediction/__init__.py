@@ -16,7 +16,7 @@ from roughsim.prediction.bodies import (
     heat_source,
     smoothed_spectrum,
 )
-from roughsim.prediction.camera import beyond_cell, camera_of, of_level
+from roughsim.prediction.camera import beyond_cell, camera_of, of_level, slid_distances
 from roughsim.prediction.cut_offs import (
     continuation,
     follows_power,
@@ -77,6 +77,7 @@ __all__ = [
     "of_level",
     "over_speed",
     "predictions",
+    "slid_distances",
     "slid_fields",
     "sliding_continuation",
     "sliding_error",

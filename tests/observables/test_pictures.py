@@ -148,3 +148,26 @@ def test_a_picture_blurred_beyond_its_cell_is_unknown():
     q, variance = nodes()
     sample = Sample(inf, 0, np.arange(1), {}, q, variance[None], 1e-3)
     assert np.isnan(camera.seen_rms(sample, seen)).all()
+
+
+@pytest.mark.parametrize(
+    ("blur", "seen"), [(0.1, 0.990000), (0.3, 0.910144), (1.0, 0.483941), (3.0, 0.175361)]
+)
+def test_a_blurred_hertz_contact_at_rest_has_its_exact_centre(blur, seen):
+    # at rest T(0) = πq̇₀R/4κ on the free half-space; what blur takes away falls as b²/r³: a cell of 43R adds 3e-4
+    radius, grid = 12, Grid((512, 512), (512.0, 512.0))
+    x = np.arange(512) - 256
+    fine = (np.arange(8) - 3.5) / 8  # a pixel holds the mean heat on it
+    flux = np.zeros(grid.shape)
+    for i in fine:
+        for j in fine:
+            square = ((x + i)[:, None] ** 2 + (x + j) ** 2) / radius**2
+            flux += np.sqrt(np.maximum(1 - square, 0.0)) / 64
+    source = HeatSource([1e-9], 1.0, 1.0, 1.0)
+    centres = []
+    for lens in (Lens(), Lens(blur * radius * sqrt(8 * np.log(2)))):
+        look = Camera((MovingSource((1e-9, 0.0), inf, lens=lens),), (1.0,))
+        (picture,) = camera.pictures(flux, grid, source, look)
+        centres.append(float(picture[256, 256]) * flux.mean())
+    lost = (centres[0] - centres[1]) / (pi * radius / 4)
+    assert 1 - lost == pytest.approx(seen, abs=1e-3)
