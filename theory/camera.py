@@ -42,6 +42,8 @@ _WHOLE, _WINDOW = (
 )  # phase at which oscillations are faded out, and the width of that, rad
 _FADED = _WHOLE + 6 * _WINDOW
 _GROWTH = 3.0  # of an angle over a panel
+# nodes of such a panel, and the largest phase of a wave over it, rad
+_ROUGH, _FINE = (8, 12.0), (11, 7.0)
 _FAINT = 40.0  # e^(−40) is nothing
 
 
@@ -233,29 +235,28 @@ class _Picture:
         """Return the mean square; QuadratureError if two quadratures disagree."""
         if self._drift == 0.0 and self._view.behind is not None:
             return 0.0
-        rough = sum(float(part.weight.sum()) for part in self._clouds(0.0, 8, 12.0))
-        fine = sum(float(part.weight.sum()) for part in self._clouds(0.0, 11, 7.0))
-        if not abs(fine - rough) <= ACCURACY * fine:
-            raise QuadratureError(
-                f"the mean square of the picture has the relative error {abs(fine / rough - 1):.1e}, above "
-                f"{ACCURACY:.0e}; name the kinks of the spectrum in its breaks"
-            )
-        return fine
+        rough, fine = (
+            sum(float(part.weight.sum()) for part in self._clouds(0.0, *order))
+            for order in (_ROUGH, _FINE)
+        )
+        return _agreed(rough, fine)
 
     def width(self) -> float:
         """Return the full width of the autocorrelation across sliding at half its maximum, m."""
-        whole = self.mean_square()
+        resting_line = self._drift == 0.0 and self._view.behind is not None
+        cloud = self._gathered(0.0)[0] if not resting_line else _Cloud(np.empty(0), np.empty(0))
+        whole = float(cloud.weight.sum())
         if whole == 0.0:
             raise ValueError(
                 "the picture is uniform, so its tracks have no width; give a rough surface, and a speed with behind"
             )
-        cloud = self._gathered(0.0)
         mean = float(cloud.weight @ cloud.across) / whole
         steepest = float(cloud.weight @ cloud.across**2) / whole
         near = 1 / sqrt(steepest)  # 1 − cos x ≤ x²/2: still above one half
         reach = 2 / mean
         while near < 1e6 * reach:
-            cloud = self._gathered(reach)
+            cloud, sharper = self._gathered(reach)
+            _agreed(whole, sharper)
 
             def excess(y: float, cloud: _Cloud = cloud) -> float:
                 seen = slice(int(np.searchsorted(cloud.across, _FADED / y)))
@@ -269,15 +270,15 @@ class _Picture:
             reach *= 2
         raise ValueError("the autocorrelation of the picture does not fall to half its maximum")
 
-    def _gathered(self, distance: float) -> _Cloud:
-        """Return the waves of `_clouds` together, but for the faintest, by rising q_y."""
-        parts = zip(*self._clouds(distance, 11, 7.0), strict=True)
+    def _gathered(self, distance: float) -> tuple[_Cloud, float]:
+        """Return the waves of `_clouds` together, but for the faintest, by rising q_y, and the mean square of all."""
+        parts = zip(*self._clouds(distance, *_ROUGH), strict=True)
         across, weight = (np.concatenate(several) for several in parts)
         strength = np.sort(weight)
         dropped = int(np.searchsorted(strength.cumsum(), ACCURACY / 10 * strength.sum()))
         kept = weight >= strength[dropped]
         order = np.argsort(across[kept])
-        return _Cloud(across[kept][order], weight[kept][order])
+        return _Cloud(across[kept][order], weight[kept][order]), float(strength.sum())
 
     def _clouds(self, distance: float, nodes: int, phase: float) -> Iterator[_Cloud]:
         """Yield the waves by panels of |q|, `nodes` in a panel of the angle, at most `phase` rad of a wave in each.
@@ -360,6 +361,16 @@ class _Picture:
             crossed = crossed * _fade(along * length)
         power: Array = np.abs(first) ** 2 + np.abs(last) ** 2 - crossed
         return power / (drift * np.abs(spread))
+
+
+def _agreed(first: float, second: float) -> float:
+    """Return the second of two quadratures of a mean square; QuadratureError if they differ by more than `ACCURACY`."""
+    if not abs(second - first) <= ACCURACY * second:
+        raise QuadratureError(
+            f"the mean square of the picture has the relative error {abs(second / first - 1):.1e}, above "
+            f"{ACCURACY:.0e}; name the kinks of the spectrum in its breaks"
+        )
+    return second
 
 
 def _point_spread(q: Array, across: Array, view: View) -> Array:
