@@ -224,12 +224,14 @@ def test_a_worker_that_is_killed_while_it_starts_has_died_and_no_script_is_blame
             started(workers)
 
 
-@pytest.mark.filterwarnings("ignore:a worker has died")
+@pytest.mark.filterwarnings("ignore:a worker has died", "ignore:workers = ")
 def test_after_the_death_of_a_worker_the_process_of_the_run_computes_no_member_itself():
     with Workers(2) as workers:
         workers.replace_broken(BrokenExecutor("killed"))
         assert isinstance(workers.executor(), ProcessPoolExecutor)
         assert (workers.count, workers.in_flight) == (1, 2)
+        workers.fit(1e6, "largest grid", 1)  # of a later round
+        assert isinstance(workers.executor(), ProcessPoolExecutor)
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """Memory in the course of a run: only levels that it comes to need must fit, each with as many workers as do."""
 
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import replace
 from itertools import pairwise
 from math import inf
@@ -143,11 +143,3 @@ def test_the_number_of_workers_changes_when_those_at_work_have_ended(
             tasks.Tasks([run], claims).complete(workers)
     assert run.counts == (6, 2, 2)
     assert workers.fits == [(1, False, 2), (0, True, 1)]  # one is at work on a member ahead
-
-
-@pytest.mark.filterwarnings("ignore:a worker has died", "ignore:workers = ")
-def test_after_the_death_of_a_worker_no_later_round_is_computed_in_the_process_of_the_run():
-    with Workers(2) as workers:
-        workers.replace_broken(BrokenExecutor("killed"))
-        workers.fit(1e6, "largest grid", 1)
-        assert isinstance(workers.executor(), ProcessPoolExecutor)
