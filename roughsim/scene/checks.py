@@ -230,6 +230,15 @@ def check_camera(camera: CameraSection | None, sliding: SlidingSection) -> None:
         )
 
 
+def check_resolution(camera: CameraSection, longest: float) -> None:
+    """Refuse a camera that blurs more than four of the longest waves, m, together: a cell holds no more."""
+    if camera.resolution > 4 * longest:
+        raise ValueError(
+            f"camera.resolution = {camera.resolution:.6g} m is above 4 of the longest waves, 4 × 2π/q_min = "
+            f"{4 * longest:.6g} m: nothing is left of the picture; look more sharply, or lower q_min"
+        )
+
+
 def check_ends(ensemble: EnsembleSection, given: Mapping[str, object]) -> None:
     """Refuse targets and a largest number, by their names as `given`, beside a number of realizations."""
     name = next((name for name, value in given.items() if value is not None), None)

@@ -21,6 +21,7 @@ from roughsim.scene.checks import (
     check_levels,
     check_load,
     check_nominal_contact,
+    check_resolution,
     check_rows,
     check_targets,
     check_temperatures,
@@ -121,6 +122,8 @@ class Scene(Record):
         check_rows(self.surface, self.counterface)
         check_levels(self.numerics.levels or (), self.faces, sliding.history, self.elastic)
         _check_derived(self)
+        if self.camera is not None:
+            check_resolution(self.camera, 2 * math.pi / float(self.spectrum.breaks[0]))
         return self
 
     @cached_property  # .2 ms, a hundred times in a comparison

@@ -49,3 +49,10 @@ def test_a_camera_is_part_of_the_identity():
 def test_a_camera_without_heat_is_refused(camera, speed, words):
     with pytest.raises(SceneError, match=words):
         scene(camera, speed)
+
+
+def test_a_blur_of_more_than_four_waves_is_refused():
+    assert scene('[camera]\nresolution = "3.9 mm"').camera.resolution == 3.9e-3
+    words = r"camera.resolution = 1 m is above 4 of the longest waves, 4 × 2π/q_min = 0.00395791 m"
+    with pytest.raises(SceneError, match=words):
+        scene('[camera]\nresolution = "1 m"')
