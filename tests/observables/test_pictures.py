@@ -171,3 +171,36 @@ def test_a_blurred_hertz_contact_at_rest_has_its_exact_centre(blur, seen):
         centres.append(float(picture[256, 256]) * flux.mean())
     lost = (centres[0] - centres[1]) / (pi * radius / 4)
     assert 1 - lost == pytest.approx(seen, abs=1e-3)
+
+
+def test_older_heat_makes_the_picture_less_pointed():
+    # a short cell shows what a strip shows on which the contact has slid 32 times as far; without older heat + 8 %
+    def fields(shape, count):
+        step, rng = 2e-3 / 128, np.random.default_rng(2)
+        q = (
+            2
+            * pi
+            * np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, step) for n in shape), indexing="ij"))
+        )
+        root = np.where((q > 6350) & (q < 1e5), np.maximum(q, 2e4) ** -1.8, 0.0)
+        for _ in range(count):
+            wave = np.fft.ifft2(np.fft.fft2(rng.standard_normal(shape)) * root).real
+            yield np.float64(wave > np.quantile(wave, 0.91))
+
+    def mean(shape, count):
+        grid = Grid(shape, tuple(n * 2e-3 / 128 for n in shape))
+        seen = Camera((MovingSource((35.0 / DIFFUSIVITY, 0.0), lens=Lens()),), (1.0,))
+        heat = HeatSource([35.0], 1.0, 1.0, DIFFUSIVITY)
+        return np.mean(
+            [camera.hottest_over_rms(one, grid, heat, seen) for one in fields(shape, count)]
+        )
+
+    assert mean((128, 128), 16) == pytest.approx(mean((4096, 128), 2), rel=0.02)
+
+
+def test_normal_numbers_add_by_their_variances():
+    # 1 % of normally distributed numbers is above 2.3263 standard deviations
+    normal = np.random.default_rng(5).standard_normal((700, 700))
+    for spread in (0.0, 0.3, 2.0):
+        exact = 2.326348 * sqrt(1 + spread**2)
+        assert camera._exceeded(normal, spread) == pytest.approx(exact, rel=5e-3)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import erf, ndtr
 from small_scene import CAPPED
 
 import roughsim as rs
@@ -34,11 +36,11 @@ def test_a_sharp_camera_sees_the_temperature(sharp):
 
 
 def test_members_store_what_one_percent_of_the_picture_exceeds(sharp):
-    # by the field of the run, whose share of the heat cancels; its rms is replaced by that over all directions
+    # by the field of the run, whose share of the heat cancels, and normally distributed older heat; its rms is replaced
+    # by that over all directions
     level = sharp.picture("capped")
     (field,) = [sharp.field(level, 0, "temperature", speed=35.0)]
     sample = sharp.members.sample(level)
-    shape = np.quantile(field, 0.99) / field.std()
     q, heat = sample.wavenumber, 0.11 * 35.0 / 30.0
     drift = 35.0 * 7900 * 500 / 30.0
     cosine = np.sin((np.arange(4000) + 0.5) / 4000 * np.pi / 2) ** 3  # towards q_x = 0
@@ -49,8 +51,18 @@ def test_members_store_what_one_percent_of_the_picture_exceeds(sharp):
         / np.sqrt(1 - cosine**2)
         / 4000
     )
-    squares = [float(weight @ (1 / np.hypot(k**2, k * drift * cosine))) for k in q]
-    rms = heat * np.sqrt(sample.spectrum[0] @ np.array(squares))
+    waves = [k**2 - 1j * k * drift * cosine for k in q]
+    whole = sample.spectrum[0] @ [weight @ (1 / np.abs(wave)) for wave in waves]
+    # half of the cell of 2 mm
+    grown = [np.abs(erf(np.sqrt(wave * 1e-3 / drift))) ** 2 / np.abs(wave) for wave in waves]
+    older = whole / (sample.spectrum[0] @ [weight @ one for one in grown]) - 1
+    spread = field.std() * np.sqrt(older)
+
+    def excess(value):
+        return ndtr((field - value) / spread).mean() - 0.01
+
+    shape = brentq(excess, 0.0, 9 * field.std()) / np.hypot(field.std(), spread)
+    rms = heat * np.sqrt(whole)
     assert sample.numbers["seen_99"][0, 1] == pytest.approx(shape * rms, rel=2e-3)
     assert sample.numbers["seen_99"][0, 0] < 1e-100
 
