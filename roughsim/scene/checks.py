@@ -231,11 +231,11 @@ def check_camera(camera: CameraSection | None, sliding: SlidingSection) -> None:
 
 
 def check_resolution(camera: CameraSection, longest: float) -> None:
-    """Refuse a camera that blurs more than four of the longest waves, m, together: a cell holds no more."""
-    if camera.resolution > 4 * longest:
+    """Refuse a camera that blurs more than the longest wave, m: of what is left a cell shows too little."""
+    if camera.resolution > longest:
         raise ValueError(
-            f"camera.resolution = {camera.resolution:.6g} m is above 4 of the longest waves, 4 × 2π/q_min = "
-            f"{4 * longest:.6g} m: nothing is left of the picture; look more sharply, or lower q_min"
+            f"camera.resolution = {camera.resolution:.6g} m is above the longest wave, 2π/q_min = {longest:.6g} m, of "
+            "which the picture then has less than 3 %; look more sharply, or lower q_min"
         )
 
 

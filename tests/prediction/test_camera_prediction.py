@@ -90,5 +90,5 @@ def test_waves_longer_than_the_cell_are_an_error_of_its_picture():
     blurred = scene('[camera]\nresolution = "0.3 mm"', speed="speed = [0.1, 35]")
     assert (prediction.beyond_cell(blurred, 2e-3) > 0.02).all()
     assert np.isnan(
-        prediction.beyond_cell(scene('[camera]\nresolution = "3.9 mm"'), 4e-3)[1:]
+        prediction.beyond_cell(scene('[camera]\nresolution = "0.98 mm"'), 1e-3)[1:]
     ).all()

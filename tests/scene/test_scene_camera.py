@@ -51,8 +51,8 @@ def test_a_camera_without_heat_is_refused(camera, speed, words):
         scene(camera, speed)
 
 
-def test_a_blur_of_more_than_four_waves_is_refused():
-    assert scene('[camera]\nresolution = "3.9 mm"').camera.resolution == 3.9e-3
-    words = r"camera.resolution = 1 m is above 4 of the longest waves, 4 × 2π/q_min = 0.00395791 m"
+def test_a_blur_of_more_than_the_longest_wave_is_refused():
+    assert scene('[camera]\nresolution = "0.98 mm"').camera.resolution == 0.98e-3
+    words = r"camera.resolution = 1 m is above the longest wave, 2π/q_min = 0.000989478 m"
     with pytest.raises(SceneError, match=words):
         scene('[camera]\nresolution = "1 m"')
