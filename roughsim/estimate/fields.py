@@ -111,11 +111,16 @@ def _frozen(scene: Scene) -> Contacts | None:
         return None
     speeds = np.array(scene.speeds)
     flash = prediction.calibrated_over_speed(scene, speeds)[FLASH]
-    length = scene.spectrum.rms_height / scene.spectrum.rms_slope
-    uncertainty = form_uncertainty(speeds * length / prediction.conduction(scene).diffusivity)
     band = prediction.calibrated(scene).errors[FLASH]
     end = float(scene.spectrum.breaks[-1])
-    return drawn_frozen(fields, end, by_law(flash, band), uncertainty, scene.speeds)
+    return drawn_frozen(fields, end, by_law(flash, band), _uncertainty(scene), scene.speeds)
+
+
+def _uncertainty(scene: Scene) -> Array:
+    """Return how uncertain T/T_flash of drawn contacts is by their form, (speeds,)."""
+    length = scene.spectrum.rms_height / scene.spectrum.rms_slope
+    peclet_number = np.array(scene.speeds) * length / prediction.conduction(scene).diffusivity
+    return form_uncertainty(peclet_number)
 
 
 def _slid(scene: Scene) -> Contacts | None:
@@ -145,15 +150,21 @@ def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
 def hottest_seen(scene: Scene) -> Estimate | None:
     """Return what 1 % of the picture of a camera exceeds, K, with all heat in the moving body; None if unknown.
 
-    It is the rms of the law times the ratio in drawn contacts; their last step to a higher cut-off counts as error.
+    It is the rms of the law times the ratio in drawn contacts. Their last step to a higher cut-off counts as error, and
+    form and law as for the quantiles of the temperature.
     """
     drawn = prediction.drawn_pictures(scene)
     if not drawn:
         return None
-    rms = np.nan_to_num(prediction.calibrated_predictions(scene)["seen_rms"])
-    last = np.abs(drawn[-1].mean(axis=0) - drawn[0].mean(axis=0))
-    mean = replace(mean_of(0, drawn[-1]), errors={"bandwidth": last})
-    return estimate("seen_99", mean * rms, speeds=scene.speeds)
+    law = prediction.calibrated_predictions(scene)
+    rms, flash = np.nan_to_num(law["seen_rms"]), np.nan_to_num(law[FLASH])
+    mean = mean_of(0, drawn[-1]) * rms
+    errors = {
+        "bandwidth": rms * np.abs(drawn[-1].mean(axis=0) - drawn[0].mean(axis=0)),
+        "form": _uncertainty(scene) * flash,
+        "law": prediction.calibrated(scene).errors[FLASH] * mean.value,
+    }
+    return estimate("seen_99", replace(mean, errors=errors), speeds=scene.speeds)
 
 
 def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:

@@ -7,6 +7,7 @@ import pytest
 from small_scene import CAPPED
 
 from roughsim import prediction
+from roughsim.estimate.fields import hottest_seen
 from roughsim.planning.limits import judge
 from roughsim.prediction.camera import camera_of, seen_by, views
 from roughsim.scene import parse_scene
@@ -92,3 +93,16 @@ def test_waves_longer_than_the_cell_are_an_error_of_its_picture():
     assert np.isnan(
         prediction.beyond_cell(scene('[camera]\nresolution = "0.98 mm"'), 1e-3)[1:]
     ).all()
+
+
+def test_one_percent_by_the_law_has_the_errors_of_quantiles():
+    found = scene()
+    hottest = hottest_seen(found)
+    flash_of_law = prediction.calibrated_predictions(found)["flash_temperature"]
+    law, form = hottest.budget["law"], hottest.budget["form"]
+    # the band of T_flash in contact that yields, and .06 to .24 T_flash by the form of the drawn contacts
+    np.testing.assert_allclose(law, 0.07 * hottest.mean, rtol=1e-12)
+    assert ((form >= 0.06 * flash_of_law) & (form <= 0.24 * flash_of_law)).all()
+    slow, *_, fast = (form[1:] / flash_of_law[1:]).tolist()  # the first is at rest
+    assert slow >= fast
+    assert (hottest.total_error >= np.hypot(law, form)).all()
