@@ -22,7 +22,7 @@ TOTALS = {
 
 def finite_contact(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
     """Draw the mean temperature of a disc over Pe, and T₀ + T_flash of the steel contact over the time of sliding."""
-    with new_figure(path, 2.9, source) as figure:
+    with new_figure(path, 3.6, source) as figure:
         left, right = figure.subplots(1, 2)
         panels = (left, RISES, "peclet", "rise"), (right, TOTALS, "time", "total")
         for axes, looks, x, y in panels:
@@ -33,9 +33,9 @@ def finite_contact(rows: list[dict[str, Any]], path: Path, source: str = "") -> 
                 )
         left.set_title("mean temperature of a disc, q̇a/κ")
         left.set_xlabel("va/D")
-        decades(left, x=(1e-2, 1e4), y=(5e-4, 1.3))
-        left.legend(loc="lower left")
+        decades(left, x=(1e-2, 1e4), y=(5e-3, 1.3))
         right.set_title("steel at 1 m/s: $T_0$ + $T_{flash}$, K")
         right.set_xlabel("time of sliding, s")
-        decades(right, x=(1e-5, 1e4), y=(10, 1e6))
-        right.legend(loc="upper left")
+        decades(right, x=(1e-5, 1e4), y=(10, 1e5))
+        for axes in (left, right):
+            axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.2))
