@@ -24,8 +24,8 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erfc, erfcx
 
-from theory.arguments import Array, SpectrumLike, float_if_scalar, not_negative_array
-from theory.flash import HeatSource, heat_source
+from theory.arguments import Array, SpectrumLike, not_negative_array
+from theory.flash import HeatSource, formula_of, heat_source
 from theory.persson import Weight
 from theory.quadrature import FIT, POINTS, WEIGHTS, Panels, QuadratureError
 from theory.roots import root
@@ -74,7 +74,18 @@ class View(NamedTuple):
 SHARP = View()
 
 
-def seen_rms(  # noqa: PLR0913  (load, body, and the camera)
+class _Look(NamedTuple):
+    """What a camera looks at, with checked numbers."""
+
+    source: HeatSource
+    view: View
+
+    def pictures(self) -> "Iterator[_Picture]":
+        """Yield the picture at each speed."""
+        return (_Picture(self.source, abs(v), self.view) for v in self.source.velocity.flat)
+
+
+def _looked_at(  # noqa: PLR0913  (load, body, and the camera)
     speed: ArrayLike,
     spectrum: SpectrumLike | None = None,
     *,
@@ -88,7 +99,26 @@ def seen_rms(  # noqa: PLR0913  (load, body, and the camera)
     skin: Skin | None = None,
     heat_depth: float = 0.0,
     view: View = SHARP,
-) -> Array | float:
+) -> _Look:
+    """Check the arguments of both functions below, which `seen_rms` describes."""
+    source = heat_source(
+        speed,
+        spectrum,
+        nominal_pressure=nominal_pressure,
+        friction_coefficient=friction_coefficient,
+        conductivity=conductivity,
+        diffusivity=diffusivity,
+        effective_modulus=effective_modulus,
+        gamma=gamma,
+        stress_spectrum=stress_spectrum,
+        skin=skin,
+        heat_depth=heat_depth,
+    )
+    return _Look(source, _checked(view, source))
+
+
+@formula_of(_looked_at)
+def seen_rms(look: _Look) -> Array:
     """Root mean square of the temperature that a camera sees, about the mean of the surface, with all heat in the body.
 
     Parameters
@@ -113,40 +143,14 @@ def seen_rms(  # noqa: PLR0913  (load, body, and the camera)
     theory.quadrature.QuadratureError
         If two quadratures differ by more than 1e-6 of the mean square.
     """
-    source = heat_source(
-        speed,
-        spectrum,
-        nominal_pressure=nominal_pressure,
-        friction_coefficient=friction_coefficient,
-        conductivity=conductivity,
-        diffusivity=diffusivity,
-        effective_modulus=effective_modulus,
-        gamma=gamma,
-        stress_spectrum=stress_spectrum,
-        skin=skin,
-        heat_depth=heat_depth,
-    )
-    checked = _checked(view, source)
-    rate = source.pressure * source.heating
-    squares = [_Picture(source, abs(v), checked).mean_square() for v in source.velocity.flat]
-    return float_if_scalar(rate * np.sqrt(np.reshape(squares, source.velocity.shape)))
+    source = look.source
+    squares = [picture.mean_square() for picture in look.pictures()]
+    rms: Array = np.sqrt(np.reshape(squares, source.velocity.shape))
+    return source.pressure * source.heating * rms
 
 
-def seen_width(  # noqa: PLR0913  (load, body, and the camera)
-    speed: ArrayLike,
-    spectrum: SpectrumLike | None = None,
-    *,
-    nominal_pressure: float,
-    friction_coefficient: float,
-    conductivity: float,
-    diffusivity: float,
-    effective_modulus: float | None = None,
-    gamma: Weight = 0.45,
-    stress_spectrum: SpectrumLike | None = None,
-    skin: Skin | None = None,
-    heat_depth: float = 0.0,
-    view: View = SHARP,
-) -> Array | float:
+@formula_of(_looked_at)
+def seen_width(look: _Look) -> Array:
     """Full width at half maximum of the autocorrelation of the picture across sliding, m.
 
     It is √2 times the full width of a track with a Gaussian profile.
@@ -170,22 +174,8 @@ def seen_width(  # noqa: PLR0913  (load, body, and the camera)
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `seen_rms`, or the picture is uniform.
     """
-    source = heat_source(
-        speed,
-        spectrum,
-        nominal_pressure=nominal_pressure,
-        friction_coefficient=friction_coefficient,
-        conductivity=conductivity,
-        diffusivity=diffusivity,
-        effective_modulus=effective_modulus,
-        gamma=gamma,
-        stress_spectrum=stress_spectrum,
-        skin=skin,
-        heat_depth=heat_depth,
-    )
-    checked = _checked(view, source)
-    widths = [_Picture(source, abs(v), checked).width() for v in source.velocity.flat]
-    return float_if_scalar(np.reshape(widths, source.velocity.shape))
+    widths = [picture.width() for picture in look.pictures()]
+    return np.reshape(widths, look.source.velocity.shape)
 
 
 def _checked(view: View, source: HeatSource) -> View:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
 from math import pi
-from typing import NamedTuple, ParamSpec
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,6 +53,7 @@ __all__ = [
 
 
 P = ParamSpec("P")
+Checked = TypeVar("Checked")  # such as a `HeatSource`
 
 
 class Kernel(NamedTuple):
@@ -114,12 +115,12 @@ def heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     return HeatSource(stress, velocity, pressure, heating, body)
 
 
-def _formula_of(
-    source: Callable[P, HeatSource],
-) -> Callable[[Callable[[HeatSource], Array]], Callable[P, Array | float]]:
-    """Return a decorator that turns a formula of a heat source into a function of the arguments of `source`."""
+def formula_of(
+    source: Callable[P, Checked],
+) -> Callable[[Callable[[Checked], Array]], Callable[P, Array | float]]:
+    """Return a decorator that turns a formula of what `source` has checked into a function of its arguments."""
 
-    def decorated(formula: Callable[[HeatSource], Array]) -> Callable[P, Array | float]:
+    def decorated(formula: Callable[[Checked], Array]) -> Callable[P, Array | float]:
         @wraps(source)
         def function(*arguments: P.args, **named: P.kwargs) -> Array | float:
             return float_if_scalar(formula(source(*arguments, **named)))
@@ -133,7 +134,7 @@ def _formula_of(
     return decorated
 
 
-@_formula_of(heat_source)
+@formula_of(heat_source)
 def flash_temperature(source: HeatSource) -> Array:
     """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
 
@@ -175,7 +176,7 @@ def flash_temperature(source: HeatSource) -> Array:
     return source.heating * source.integral(EVEN, -1)
 
 
-@_formula_of(heat_source)
+@formula_of(heat_source)
 def flash_gradient(source: HeatSource) -> Array:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
 
@@ -201,7 +202,7 @@ def flash_gradient(source: HeatSource) -> Array:
     return source.heating * source.integral(ODD, 0)
 
 
-@_formula_of(heat_source)
+@formula_of(heat_source)
 def flash_laplacian(source: HeatSource) -> Array:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
 
@@ -225,7 +226,7 @@ def flash_laplacian(source: HeatSource) -> Array:
     return -source.heating * source.integral(EVEN, 1)
 
 
-@_formula_of(heat_source)
+@formula_of(heat_source)
 def flash_width(source: HeatSource) -> Array:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
 
@@ -250,7 +251,7 @@ def flash_width(source: HeatSource) -> Array:
     return np.sqrt(source.integral(EVEN, -1) / curvature)
 
 
-@_formula_of(heat_source)
+@formula_of(heat_source)
 def slope_length(source: HeatSource) -> Array:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
 
@@ -276,7 +277,7 @@ def slope_length(source: HeatSource) -> Array:
         return temperature / np.abs(source.integral(ODD, 0))
 
 
-@_formula_of(heat_source)
+@formula_of(heat_source)
 def rms_temperature(source: HeatSource) -> Array:
     """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
 

@@ -75,7 +75,6 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
     return result
 
 
-@lru_cache(maxsize=16)
 def camera_of(scene: Scene) -> Any:
     """Return the `roughsim.observables.camera.Camera` of a scene; None without one."""
     if scene.camera is None:
