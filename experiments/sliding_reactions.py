@@ -93,7 +93,7 @@ class Drawn(Bodies):
                 sqrt(1 - self.part) * one, riding, grid, solid, self.pressure, path, 1e-3
             )
             sampler = Sampler(grid, [path.steps] * len(self.speeds), LAST)
-            history = follow(along, grid, path, self.motions(), sampler=sampler)
+            history = follow(along, grid, path, self.motions(), watchers=[sampler])
             area += history.curves["contact_fraction"].mean() / members
             flash = sampler.flash_temperature
             rows.append((flash, sampler.together(flash)))

@@ -49,7 +49,8 @@ def sliding_estimate(
     Parameters
     ----------
     observable : {"flash_temperature", "heat_partition", "contact_fraction"}
-        T_flash above the background of the moving body; its share of the heat; the area of single contacts.
+        T_flash above the background of the moving body; its share of the heat; the area of single contacts. Or a number
+        of the picture of a camera, if slides have stored it.
     single : Estimate
         Estimate of single contacts, with all the heat in the moving body.
     numbers : dict of str to ndarray
@@ -64,7 +65,7 @@ def sliding_estimate(
     ValueError
         For another observable.
     """
-    if observable not in SLIDING_OBSERVABLES:
+    if observable not in SLIDING_OBSERVABLES and f"sliding_frozen_{observable}" not in numbers:
         raise ValueError(
             f'observable = {observable!r} is not in column "sliding"; it has {", ".join(SLIDING_OBSERVABLES)}'
         )
@@ -87,7 +88,10 @@ def sliding_estimate(
             effective_n=freedom + 1.0,
             notes=(note, *_note_of(continued)),
         )
-    rows, uncertainty, pixel = _change(numbers, coarsening, continued)
+    if observable != FLASH:  # no theory continues the picture
+        unknown = np.where(continued.error > 0.0, np.nan, 1.0)
+        continued = WHOLE._replace(flash_temperature=unknown)
+    rows, uncertainty, pixel = _change(numbers, coarsening, continued, observable)
     slid = single.times(rows.mean(axis=0))
     note = f"the frozen estimate with all heat in the moving body, times its change in {len(rows)} members that slide"
     slid = replace(
@@ -110,20 +114,23 @@ def _note_of(continued: SlidingContinuation) -> tuple[str, ...]:
 
 
 def _change(
-    numbers: Mapping[str, Array], coarsening: float, continued: SlidingContinuation = WHOLE
+    numbers: Mapping[str, Array],
+    coarsening: float,
+    continued: SlidingContinuation = WHOLE,
+    observable: str = FLASH,
 ) -> tuple[Array, Array | float, str]:
-    """Return the change of T_flash from frozen to sliding contacts; arguments as of `sliding_estimate`.
+    """Return the change of an observable from frozen to sliding contacts; arguments as of `sliding_estimate`.
 
     It is of each member, corrected for the pixel and continued to the whole distance, (members, speeds). Its error,
     95 %, is by the cut-off, the rest of the pixel and the distance, NaN if unknown; and there is the pixel in words.
     """
-    rows = ratio(numbers["sliding_flash_temperature"], numbers["sliding_frozen_flash_temperature"])
+    rows = ratio(numbers[f"sliding_{observable}"], numbers[f"sliding_frozen_{observable}"])
     if coarsening <= 1.0:
         unknown = "not corrected for its pixel, as there is no coarser grid"
         return rows * continued.flash_temperature, np.nan, unknown
     coarser = ratio(
-        numbers["sliding_coarser_flash_temperature"],
-        numbers["sliding_coarser_frozen_flash_temperature"],
+        numbers[f"sliding_coarser_{observable}"],
+        numbers[f"sliding_coarser_frozen_{observable}"],
     )
     # the error falls with the pixel to a power within ORDERS: of the difference from the coarser slide either
     # 1/(coarsening^p − 1) is left; their mean corrects, and half of their difference is uncertainty

@@ -207,11 +207,11 @@ def seen_width(sample: Sample, camera: Camera) -> Array:
     columns = []
     for one in camera.sources:
         kernel = mean_squares(sample.wavenumber, one, sample.reach)
-        columns.append(_widths(sample.spectrum @ kernel, distances(sample.reach)))
+        columns.append(widths(sample.spectrum @ kernel, distances(sample.reach)))
     return np.stack(columns, axis=1)
 
 
-def _widths(correlation: Array, y: Array) -> Array:
+def widths(correlation: Array, y: Array) -> Array:
     """Return influence values (n,) of twice the first distance at which the mean of correlations (n, m) is halved.
 
     A change δC of one realization moves the crossing by −δC/C′; NaN if there is none.

@@ -6,7 +6,7 @@ NAME = "package.module:tuple".
 """
 
 from collections import Counter
-from collections.abc import Container
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,6 +104,16 @@ def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observabl
     return Observable(
         name, unit, stored, only_stored=True, of_slide=True, asked=asked, per_speed=True
     )
+
+
+def over_frozen(
+    name: str, unit: str, slid: str, frozen: str, *, asked: str = ""
+) -> Iterator[Observable]:
+    """Yield the records of a number of a slide and of its contacts if they slid on frozen, on both of its grids."""
+    for each, stored in ((name, slid), (f"frozen_{name}", frozen)):
+        yield of_slide(f"sliding_{each}", unit, stored, asked=asked)
+        coarser = f"sliding_{each} of the same faces with 4/3 of the pixel"
+        yield of_slide(f"sliding_coarser_{each}", unit, coarser, asked=asked)
 
 
 def slid_quantile(name: str, weight: str) -> Observable:
@@ -233,10 +243,11 @@ TABLE: tuple[Observable, ...] = (
         measure=lambda measured: measured.peak_volume,
         only_stored=True,
     ),
-    of_slide(
-        "sliding_flash_temperature",
+    *over_frozen(
+        "flash_temperature",
         "K",
         "<T sigma>/<sigma> above the moving body's background, last half of the slid distance",
+        "flash_temperature of the contacts on the last half of the slid distance, each slid on frozen",
     ),
     of_slide(
         "sliding_share",
@@ -248,20 +259,16 @@ TABLE: tuple[Observable, ...] = (
         "K",
         "mean temperature of the surface of the moving body at the end of the slid distance",
     ),
-    of_slide(
-        "sliding_frozen_flash_temperature",
-        "K",
-        "flash_temperature of the contacts on the last half of the slid distance, each slid on frozen",
-    ),
-    of_slide(
-        "sliding_coarser_flash_temperature",
-        "K",
-        "sliding_flash_temperature of the same faces with 4/3 of the pixel",
-    ),
-    of_slide(
-        "sliding_coarser_frozen_flash_temperature",
-        "K",
-        "sliding_frozen_flash_temperature of the same faces with 4/3 of the pixel",
+    *(
+        record
+        for name, unit in {"seen_rms": "K", "seen_99": "K", "seen_width": "m"}.items()
+        for record in over_frozen(
+            name,
+            unit,
+            f"{name} of the picture at the end of the slid distance",
+            f"{name} of the contacts there if each slid on frozen",
+            asked=CAMERA,
+        )
     ),
     Observable(
         "pressure_variance",

@@ -1,6 +1,7 @@
 """From scene and numerics to the contact problem of each member."""
 
 from dataclasses import replace
+from math import atan
 
 import numpy as np
 
@@ -15,7 +16,8 @@ from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.checks import check_levels
 from roughsim.scene.numerics import Numerics
 from roughsim.sliding.member import SlideProblem
-from roughsim.sliding.path import oblique_path, pixel_of_path
+from roughsim.sliding.path import oblique_path, pixel_of_path, slope
+from roughsim.sliding.pictures import Shutter
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
 _LEAST_STEPS = 4  # of a slide: the last half has means
@@ -125,6 +127,19 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         stream=numerics.stream(number),
         threads=numerics.threads,
         distribution=scene.distribution,
+        shutter=_shutter(scene, grid),
+    )
+
+
+def _shutter(scene: Scene, grid: Grid) -> Shutter | None:
+    """Return the camera of a slide; None without one, or on a line behind the contact, which is not followed."""
+    camera = scene.camera
+    if camera is None or camera.behind is not None:
+        return None
+    return Shutter(
+        prediction.camera_of(scene)._replace(direction=atan(slope(grid))),
+        tuple(speed * camera.exposure for speed in scene.speeds),
+        camera.fixed_to == "body",
     )
 
 

@@ -68,13 +68,14 @@ def slide_level(scene: Scene, numerics: Numerics) -> Level:
 def _followed(scenes: Sequence[Scene], length: float) -> float | None:
     """Return the distance that slides are followed, m: once around their cell; None: the whole slid distance.
 
-    The theory continues T_flash and the share where `continuation_fault` finds no fault.
+    The theory continues T_flash and the share where `continuation_fault` finds no fault, but no picture of a camera.
     """
     furthest = max(max(scene.sliding.distances) for scene in scenes)
     followed = max(length, furthest / FURTHEST)
     if furthest < _LEAST_CONTINUED * followed:
         return None
-    return None if any(continuation_fault(scene) for scene in scenes) else followed
+    whole = any(scene.camera or continuation_fault(scene) for scene in scenes)
+    return None if whole else followed
 
 
 def with_common_slide(planned: Scene, numerics: Numerics, scenes: Iterable[Scene]) -> Numerics:

@@ -122,7 +122,13 @@ class Slid:
             for name, record in OBSERVABLES.items()
             if record.asked == DISTRIBUTION and self.reacts
         )
-        self.observables = (*SLIDING_OBSERVABLES, *asked)
+        seen = (
+            name
+            for name, record in OBSERVABLES.items()
+            if record.asked == CAMERA
+            and np.isfinite(self.slides.numbers[f"sliding_{name}"]).any()
+        )
+        self.observables = (*SLIDING_OBSERVABLES, *asked, *seen)
         # the ratio of pixels, coarser grid over own grid; 1 without a coarser grid
         grid = run.numerics.grid(level)
         coarser = coarser_grid(grid, run.numerics.levels[level].q_max)

@@ -1,7 +1,7 @@
 """All steps of a slide of two bodies, and maps of a few of its positions."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -10,13 +10,19 @@ from roughsim.grid import Array, Grid
 from roughsim.observables.moments import HeatSource, grid_responses, sums_over_directions
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.distribution import Sampler
 from roughsim.sliding.path import Path
 from roughsim.sliding.snapshots import Projector, Snapshots
 from roughsim.sliding.spots import SpotLives, survival
-from roughsim.sliding.stepping import NUMBERS, Motion, walk
+from roughsim.sliding.stepping import NUMBERS, Motion, Step, walk
 
 LAST = 0.5  # share of a slid distance, at its end, over which means are taken
+
+
+class Watcher(Protocol):
+    """Takes what it needs of the steps of a slide."""
+
+    def add(self, n: int, step: Step) -> None:
+        """Take step n, from 1 on."""
 
 
 class SlideHistory(NamedTuple):
@@ -34,11 +40,11 @@ def follow(
     path: Path,
     motions: Sequence[Motion],
     pictured: Sequence[int] = (),
-    sampler: Sampler | None = None,
+    watchers: Sequence[Watcher] = (),
 ) -> SlideHistory:
     """Slide along a path and record every step; the steps `pictured`, ascending and from 1 on, with their fields.
 
-    A `sampler` takes the temperatures of the contact at its own positions.
+    Each of the `watchers` takes the steps that it needs.
     """
     sliding = HeatSource(
         speeds=[motion.speed for motion in motions],
@@ -68,8 +74,8 @@ def follow(
         fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
         spectrum, unseen = stress_spectrum(step.stress, grid, responses.gathering)
         frozen.append(sums_over_directions(spectrum, unseen, responses)[0])
-        if sampler is not None:
-            sampler.add(n, step)
+        for watcher in watchers:
+            watcher.add(n, step)
         if n > LAST * path.steps:
             late = late + spectrum.variance
         projector.add(n, step)

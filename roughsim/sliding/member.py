@@ -9,7 +9,7 @@ depends on the pixel, and on the step, which is one pixel.
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,14 +18,15 @@ from numpy.typing import NDArray
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
 from roughsim.heat.partition import Body
-from roughsim.observables.catalogue import CURVES, quantiles_of
+from roughsim.observables.catalogue import CURVES, NUMBERS, quantiles_of
 from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.moments import HeatSource
-from roughsim.observables.stress_spectrum import uniform_nodes
+from roughsim.observables.stress_spectrum import StressSpectrum, uniform_nodes
 from roughsim.pipeline import linear_algebra
 from roughsim.sliding.distribution import POSITIONS, Sampler
-from roughsim.sliding.history import LAST, follow
+from roughsim.sliding.history import LAST, SlideHistory, Watcher, follow
 from roughsim.sliding.path import Path, coarser_grid, oblique_path
+from roughsim.sliding.pictures import Pictures, Shutter
 from roughsim.sliding.stepping import Motion, contacts
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
@@ -33,6 +34,7 @@ from roughsim.surface.synthesis import synthesize
 # bytes per point at the peak of a slide, measured: of the contact, of each speed, and of each exponential that a body
 # remembers, whose weights are those of all modes if it is bare, and of each mode with a skin or heat in depth
 BYTES_OF_CONTACT, BYTES_OF_SPEED, BYTES_OF_TERM = 420.0, 85.0, {"bare": 8.0, "layered": 12.0}
+BYTES_OF_PICTURE = 8.0  # of a camera, at each speed
 BYTES_OF_STEP = 2000.0  # of the numbers and the ended spots of a step
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
 FRAMES = 32  # positions of snapshots, at most
@@ -62,6 +64,7 @@ class SlideProblem:
     distribution: bool = (
         False  # whether the distribution of the temperature is taken at the last positions
     )
+    shutter: Shutter | None = None  # of a camera that takes a picture at the end of each speed
 
     @property
     def steps(self) -> int:
@@ -82,6 +85,8 @@ class SlideProblem:
         each = BYTES_OF_SPEED
         if self.distribution:  # pressures and temperatures in single precision, and their order
             each += 8 * POSITIONS + 40
+        if self.shutter is not None:
+            each += BYTES_OF_PICTURE
         of_fields = self.grid.points * (BYTES_OF_CONTACT + each * len(self.distances) + heat)
         return of_fields + BYTES_OF_STEP * self.steps
 
@@ -123,19 +128,18 @@ def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
         begin = time.perf_counter()
         path, contacts_along = _sliding_contacts(problem)
         drawn = time.perf_counter()
-        ends = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
+        ends = _ends(problem, path)
         samples = Sampler(grid, ends, LAST) if problem.distribution else None
-        history = follow(
-            contacts_along,
-            grid,
+        history, numbers = _followed(
+            problem,
             path,
-            problem.motions,
+            contacts_along,
             snapshot_steps(path) if snapshots else (),
-            samples,
+            [] if samples is None else [samples],
         )
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
-    numbers, bins = _means_of(history.curves, path, problem.distances), None
+    bins = None
     if samples is not None:
         distribution = samples.together(numbers["sliding_flash_temperature"])
         numbers |= quantiles_of(distribution, "sliding_")
@@ -155,13 +159,39 @@ def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
     )
 
 
+def _followed(
+    problem: SlideProblem,
+    path: Path,
+    contacts_along: Iterator[Contact],
+    pictured: Sequence[int] = (),
+    watchers: Sequence[Watcher] = (),
+) -> tuple[SlideHistory, dict[str, Array]]:
+    """Slide; return the history, and the numbers to store, those of `_means_of` and of the picture of a camera."""
+    grid, pictures = problem.grid, None
+    if problem.shutter is not None:
+        pictures = Pictures(grid, path, _ends(problem, path), problem.shutter)
+        watchers = [*watchers, pictures]
+    history = follow(contacts_along, grid, path, problem.motions, pictured, watchers)
+    numbers = _means_of(history.curves, path, problem.distances)
+    if pictures is not None:
+        stress = StressSpectrum(
+            uniform_nodes(grid).entries, history.spectrum, 0.5 * math.hypot(*grid.lengths)
+        )
+        numbers |= pictures.numbers(stress, history.contact, problem.sliding)
+    return history, numbers
+
+
+def _ends(problem: SlideProblem, path: Path) -> list[int]:
+    """Return the last step at each speed."""
+    ends: list[int] = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
+    return ends
+
+
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
-    """Return T_flash and the frozen one of a slide on the coarser grid, means as `_means_of`, by their stored names."""
-    path, contacts_along = _sliding_contacts(problem)
-    history = follow(contacts_along, problem.grid, path, problem.motions)
-    means = _means_of(history.curves, path, problem.distances)
-    names = ("sliding_flash_temperature", "sliding_frozen_flash_temperature")
-    return {name.replace("sliding_", "sliding_coarser_"): means[name] for name in names}
+    """Return the numbers of a slide on the coarser grid that a member stores, by their stored names."""
+    _, numbers = _followed(problem, *_sliding_contacts(problem))
+    coarser = {name.replace("sliding_", "sliding_coarser_"): one for name, one in numbers.items()}
+    return {name: one for name, one in coarser.items() if name in NUMBERS}
 
 
 def _sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
