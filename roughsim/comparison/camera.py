@@ -18,21 +18,19 @@ def seen(scene: Scene) -> list[str]:
     return [name for name in observables_of(scene.asks) if OBSERVABLES[name].asked == CAMERA]
 
 
-def pictured(scene: Scene, columns: Mapping[str, ColumnOf], column: str = "") -> Iterator[str]:
-    """Yield a line on the picture at the highest speed, by the calibrated law and, if named, by another column."""
+def pictured(scene: Scene, columns: Mapping[str, ColumnOf], *simulated: str) -> Iterator[str]:
+    """Yield a line on the picture at the highest speed, by simulated columns that have it, and the calibrated law."""
     if scene.camera is None:
         return
+    names = seen(scene)
+    shown = [*(name for name in simulated if columns[name](names[0]) is not None), CALIBRATED]
     k, parts = int(np.argmax(scene.speeds)), []
-    for name in seen(scene):
-        by_law = columns[CALIBRATED](name)
-        own = columns[column](name) if column else None
-        values = [str(one.number(k)) for one in (own, by_law) if one is not None]
+    for name in names:
+        found = (columns[column](name) for column in shown)
+        values = [str(one.number(k)) for one in found if one is not None]
         if values:
             parts.append(f"{with_unit(name, OBSERVABLES[name].unit)} {', '.join(values)}")
-    of = f"{column}, calibrated" if column else CALIBRATED
-    if scene.sliding.history == SLIDING:
-        parts.append("unknown of the column sliding, whose pictures change as the faces move")
-    yield f"camera at {scene.speeds[k]:g} m/s ({of}): {'; '.join(parts)}."
+    yield f"camera at {scene.speeds[k]:g} m/s ({', '.join(shown)}): {'; '.join(parts)}."
 
 
 def meaning_of(scene: Scene) -> Iterator[str]:
@@ -41,9 +39,17 @@ def meaning_of(scene: Scene) -> Iterator[str]:
         return
     slid = prediction.slid_distances(scene)
     after = "steady" if inf in slid else "after the slid distance of the scene"
-    unknown = "; unknown of the column sliding" * (scene.sliding.history == SLIDING)
     yield (
-        f"seen: of the picture that [camera] takes, above the mean of the surface, {after}{unknown}. seen_99: 1 % of the "
-        "picture is hotter; seen_width: full width at half maximum of the correlation across sliding, √2 times that of a "
+        f"seen: of the picture that [camera] takes, above the mean of the surface, {after}{_of_slide(scene)}. seen_99: "
+        "1 % of the picture is hotter; seen_width: full width at half maximum of the correlation across sliding, √2 times that of a "
         "Gaussian track."
     )
+
+
+def _of_slide(scene: Scene) -> str:
+    """Return what the column sliding has of the picture; empty of a scene without it."""
+    if scene.sliding.history != SLIDING:
+        return ""
+    if scene.camera is not None and scene.camera.behind is not None:
+        return "; unknown in the column sliding, where no line behind the contact is followed"
+    return "; in the column sliding its mean over the exposure, with which the slide ends: unknown if that is longer"

@@ -272,7 +272,8 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
         if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
         else ""
     )
-    ratios += pictured(run.scene, comparison.columns, run.numerics.columns[-1])
+    simulated = dict.fromkeys((run.numerics.columns[-1], run.simulated_columns[-1]))
+    ratios += pictured(run.scene, comparison.columns, *simulated)
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
     notes += [*map(str, comparison.judged.statements), *marked(comparison.judged.warnings)]
     notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]

@@ -125,8 +125,7 @@ class Slid:
         seen = (
             name
             for name, record in OBSERVABLES.items()
-            if record.asked == CAMERA
-            and np.isfinite(self.slides.numbers[f"sliding_{name}"]).any()
+            if record.asked == CAMERA and np.isfinite(self.slides.numbers[f"sliding_{name}"]).any()
         )
         self.observables = (*SLIDING_OBSERVABLES, *asked, *seen)
         # the ratio of pixels, coarser grid over own grid; 1 without a coarser grid

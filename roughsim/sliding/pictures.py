@@ -61,9 +61,10 @@ class Pictures:
             before = self.ends[k] - n
             if temperature is None or not 0 <= before < self.weights[k].size:
                 continue
+            seen = self.weights[k][before] * temperature
             if self.shutter.on_body:
-                temperature = temperature * phases(self.grid, self.path.offsets[n]).conj()
-            self.spectra[k] += self.weights[k][before] * temperature
+                seen *= phases(self.grid, self.path.offsets[n]).conj()
+            self.spectra[k] += seen
 
     def numbers(
         self, spectrum: StressSpectrum, contact: Contact, sliding: HeatSource

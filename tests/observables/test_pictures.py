@@ -138,7 +138,7 @@ def test_a_uniform_contact_makes_a_picture_of_nothing():
 
 def test_a_correlation_that_never_halves_has_no_width():
     y = camera.distances(1e-3)
-    assert np.isnan(camera._widths(np.ones((2, y.size)), y)).all()
+    assert np.isnan(camera.widths(np.ones((2, y.size)), y)).all()
 
 
 def test_a_picture_blurred_beyond_its_cell_is_unknown():
