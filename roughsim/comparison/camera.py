@@ -41,8 +41,8 @@ def meaning_of(scene: Scene) -> Iterator[str]:
     after = "steady" if inf in slid else "after the slid distance of the scene"
     yield (
         f"seen: of the picture that [camera] takes, above the mean of the surface, {after}{_of_slide(scene)}. seen_99: "
-        "1 % of the picture is hotter; seen_width: full width at half maximum of the correlation across sliding, √2 times that of a "
-        "Gaussian track."
+        "1 % of the picture is hotter; seen_width: full width at half maximum of the correlation across sliding, √2 times "
+        "that of a Gaussian track."
     )
 
 
