@@ -33,6 +33,7 @@ __all__ = [
     "flash",
     "hardness",
     "hertz",
+    "lay",
     "partition",
     "persson",
     "plasticity",

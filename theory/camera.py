@@ -40,7 +40,7 @@ _WHOLE, _WINDOW = (
     150.0,
     25.0,
 )  # phase at which oscillations are faded out, and the width of that, rad
-_FADED = _WHOLE + 6 * _WINDOW
+FADED = _WHOLE + 6 * _WINDOW
 _GROWTH = 3.0  # of an angle over a panel
 # nodes of such a panel, and the largest phase of a wave over it, rad
 _ROUGH, _FINE = (8, 12.0), (11, 7.0)
@@ -249,7 +249,7 @@ class _Picture:
             _agreed(whole, sharper)
 
             def excess(y: float, cloud: _Cloud = cloud) -> float:
-                seen = slice(int(np.searchsorted(cloud.across, _FADED / y)))
+                seen = slice(int(np.searchsorted(cloud.across, FADED / y)))
                 return float(cloud.weight[seen] @ _wave(cloud.across[seen] * y)) / whole - 0.5
 
             while near < reach:
@@ -310,14 +310,14 @@ class _Picture:
             age = self._view.behind + (lengths[0] if lengths else 0.0)
             spread += max(age, 1 / high) / drift + self._view.resolution**2
         last = min(1.0, 1 / (high * sqrt(spread))) if spread else 1.0
-        edges = np.append(_growing(few, pi / 4)[:-1], pi / 2 - _growing(last, pi / 4)[::-1])
+        edges = np.append(growing(few, pi / 4)[:-1], pi / 2 - growing(last, pi / 4)[::-1])
         counts = np.ones(edges.size - 1)
         for one in lengths:
-            fades = low * np.sin(edges[:-1]) * one < _FADED
+            fades = low * np.sin(edges[:-1]) * one < FADED
             turned = high * one * np.diff(np.sin(edges))
             counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0))
         turned = high * distance * -np.diff(np.cos(edges))
-        fades = low * np.cos(edges[1:]) * distance < _FADED
+        fades = low * np.cos(edges[1:]) * distance < FADED
         counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0)).astype(int)
         ends = zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True)
         pieces = [a + (b - a) / n * np.arange(n) for a, b, n in ends]
@@ -344,11 +344,11 @@ class _Picture:
         drift, near = self._drift, self._view.behind or 0.0
         (length,) = self._lengths()
         spread: Complex = across**2 / drift - 1j * along  # λ²D/v
-        first = _erfc_root(spread * near)
-        last = _erfc_root(spread * (near + length)) if length < inf else np.zeros_like(spread)
+        first = erfc_root(spread * near)
+        last = erfc_root(spread * (near + length)) if length < inf else np.zeros_like(spread)
         crossed = 2 * (first * last.conj()).real
         if length < inf:
-            crossed = crossed * _fade(along * length)
+            crossed = crossed * fade(along * length)
         power: Array = np.abs(first) ** 2 + np.abs(last) ** 2 - crossed
         return power / (drift * np.abs(spread))
 
@@ -369,7 +369,7 @@ def _point_spread(q: Array, across: Array, view: View) -> Array:
     return np.asarray(np.exp(-np.square(blurred * (view.resolution / _FWHM))))
 
 
-def _fade(phase: Array) -> Array:
+def fade(phase: Array) -> Array:
     """Return a smooth window over the phase of an oscillation, 1 below some 10 turns and 0 beyond 50.
 
     Under an integral over q_x the rest cancels to e^(−`_WINDOW`²/4).
@@ -379,7 +379,7 @@ def _fade(phase: Array) -> Array:
 
 def _wave(phase: Array) -> Array:
     """Return the cosine of a phase ≥ 0, faded out where an integral over it is nothing."""
-    return np.asarray(np.cos(phase) * _fade(phase))
+    return np.asarray(np.cos(phase) * fade(phase))
 
 
 def _smeared(phase: Array) -> Array:
@@ -391,15 +391,15 @@ def _smeared(phase: Array) -> Array:
 
 def _grown(decay: Array, phase: Array) -> Array:
     """Return |erf z|² of z² = `decay` − i `phase`, both ≥ 0: 1 − 2 Re erfc z + |erfc z|²."""
-    rest = _erfc_root(decay - 1j * phase)
+    rest = erfc_root(decay - 1j * phase)
     few = decay**2 + phase**2 < 1e-6
-    power = 1 - 2 * rest.real * _fade(phase) + np.abs(rest) ** 2
+    power = 1 - 2 * rest.real * fade(phase) + np.abs(rest) ** 2
     z = decay[few] - 1j * phase[few]
     power[few] = 4 / pi * np.abs(z) * np.abs(1 - z / 3 + z**2 / 10) ** 2  # of the series
     return np.asarray(power)
 
 
-def _erfc_root(square: Complex) -> Complex:
+def erfc_root(square: Complex) -> Complex:
     """Return erfc √s of s with Re s ≥ 0, 0 where it is less than e^(−40)."""
     result = np.zeros_like(square)
     seen = square.real < _FAINT
@@ -408,7 +408,7 @@ def _erfc_root(square: Complex) -> Complex:
     return result
 
 
-def _growing(start: float, stop: float) -> Array:
+def growing(start: float, stop: float) -> Array:
     """Return edges of panels 0, `start`, and on by the factor `_GROWTH` to `stop`."""
     count = max(int(np.ceil(np.log(stop / start) / np.log(_GROWTH))), 0)
     return np.append(0.0, stop * _GROWTH ** -np.arange(count, -1.0, -1.0))
@@ -422,7 +422,7 @@ def _subdivided(
     Where q `length` is so large that its waves are faded out a panel stays whole.
     """
     low, high = panels.ends().T
-    counts = np.ceil((np.minimum(high, _FADED / length if length else inf) - low) * length / phase)
+    counts = np.ceil((np.minimum(high, FADED / length if length else inf) - low) * length / phase)
     counts = np.maximum(counts, 1.0).astype(int)
     series = values @ FIT.T
     for k, count in enumerate(counts.tolist()):

@@ -151,19 +151,23 @@ def square_part(_: Array, response: Complex) -> Array:
 
 def direction_mean(q: Array, drift: float, layers: BodyLayers, part: Part) -> Array:
     """Return the mean over the directions of sliding of a part of F, at wavenumbers (n,), rad/m, for v/D, 1/m."""
+    return along_waves(q, lambda waves: _mean_at(waves, drift, layers, part))
+
+
+def along_waves(q: Array, mean_at: Callable[[Array], Array]) -> Array:
+    """Return `mean_at` wavenumbers (n,), rad/m, of many by polynomials in ln q: analytic within ±iπ/2."""
     if q.size == 0:
         return np.empty(0)
     log_q = np.log(q)
     low, extent = float(log_q.min()), float(np.ptp(log_q))
     panels = ceil(extent / _WIDEST)
     if q.size <= panels * _NODES or panels == 0:
-        return _mean_at(q, drift, layers, part)
-    # many wavenumbers: by polynomials in ln q, in which F is analytic within ±iπ/2
+        return mean_at(q)
     width, nodes = extent / panels, chebyshev.chebpts1(_NODES)
     panel = np.minimum(((log_q - low) / width).astype(int), panels - 1)
     starts = low + width * np.arange(panels)[:, None]
     waves = np.exp(starts + width * (1 + nodes) / 2)
-    values = _mean_at(waves.ravel(), drift, layers, part).reshape(panels, _NODES)
+    values = mean_at(waves.ravel()).reshape(panels, _NODES)
     coefficients = chebyshev.chebfit(nodes, values.T, _NODES - 1)
     place = 2 * (log_q - starts[panel, 0]) / width - 1
     means: Array = chebyshev.chebval(place, coefficients[:, panel], tensor=False)

@@ -1,0 +1,162 @@
+"""Faces with a lay: brute force over the plane of q, exact contacts, symmetries, and refusals."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from theory import flash, lay
+from theory.lay import LayStress
+
+MU, KAPPA, DIFFUSIVITY, PRESSURE = 0.11, 30.0, 7.6e-6, 1e8
+HEAT = {
+    "nominal_pressure": PRESSURE,
+    "friction_coefficient": MU,
+    "conductivity": KAPPA,
+    "diffusivity": DIFFUSIVITY,
+}
+SKIN = {"skin": (2e-6, 0.3, 2e-7), "heat_depth": 1e-6}
+QUANTITIES = ("flash_temperature", "flash_gradient", "flash_laplacian")
+
+
+class Band:
+    """|σ_q|² = 1e4 Pa² m² from q_min to q_max."""
+
+    breaks = (2e4, 8e4)
+
+    def __call__(self, q):
+        return np.full(np.shape(q), 1e4)
+
+
+def plane(gamma, direction):
+    """q_x, q_y of the face itself over the stretched band, dense where q·v = 0, and d²q."""
+    q, radial = np.polynomial.legendre.leggauss(30)
+    q, radial = 5e4 + 3e4 * q, 3e4 * radial
+    u, angular = np.polynomial.legendre.leggauss(24)
+    outer = pi / 2 * 2.0 ** -np.arange(29.0)
+    outer = np.concatenate([np.linspace(1.0, 0.55, 9) * pi / 2, outer[1:], [0.0]])
+    outer = np.concatenate([-outer, outer[-2::-1]])
+    half = np.diff(outer)[:, None] / 2
+    resting = np.arctan2(-np.cos(direction), gamma * np.sin(direction))
+    angle = (resting + outer[:-1, None] + half * (1 + u)).ravel()
+    angular = (half * angular).ravel()
+    area = 2 * (q * radial)[:, None] * angular
+    return q[:, None] * np.cos(angle) / sqrt(gamma), q[:, None] * np.sin(angle) * sqrt(gamma), area
+
+
+def summed(speed, direction, gamma, weight, response):
+    """(μv/κσ₀) ∫ |σ_q|² Re[response(|q|², λ², q·v/v)] d²q, the weight a function of |q|/|q′|."""
+    qx, qy, area = plane(gamma, direction)
+    square, along = qx**2 + qy**2, qx * np.cos(direction) + qy * np.sin(direction)
+    share = area * weight(np.sqrt(square / (gamma * qx**2 + qy**2 / gamma)))
+    power = 1e4 * share / share.sum() * area.sum()
+    response = response(square, square - 1j * along * speed / DIFFUSIVITY, along)
+    return MU * abs(speed) / KAPPA / PRESSURE * float((power * response.real).sum())
+
+
+RESPONSES = {
+    "flash_temperature": lambda square, root, along: 1 / np.sqrt(root),
+    "flash_gradient": lambda square, root, along: 1j * along / np.sqrt(root),
+    "flash_laplacian": lambda square, root, along: -square / np.sqrt(root),
+}
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, pi / 2])
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_the_sum_over_the_plane_of_waves(name, direction):
+    speeds = [1e-3, -0.3, 35.0]
+    got = getattr(lay, name)(speeds, direction, LayStress(Band(), 4.0, 0.7), **HEAT)
+    exact = [summed(v, direction, 4.0, lambda m: m**1.4, RESPONSES[name]) for v in speeds]
+    np.testing.assert_allclose(got, exact, rtol=1e-8)
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, pi / 2])
+def test_waves_from_rest(direction):
+    for speed, slid, accuracy in ((0.3, 1e-5, 1e-9), (35.0, 1e-4, 1e-6), (35.0, 1e-3, 3e-4)):
+        spread = DIFFUSIVITY * slid / speed
+
+        def young(square, root, along, spread=spread):
+            return erf(np.sqrt(root * spread)) / np.sqrt(root)
+
+        exact = summed(speed, direction, 4.0, lambda m: m**1.4, young)
+        stress = LayStress(Band(), 4.0, 0.7)
+        got = lay.flash_temperature(speed, direction, stress, **HEAT, slid_distance=slid)
+        assert got == pytest.approx(exact, rel=accuracy)
+
+
+@pytest.mark.parametrize("body", [{}, SKIN])
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_no_lay_is_the_isotropic_face(name, body):
+    speeds = np.array([0.0, -2.0, 1e-3, 35.0, 1e7])
+    exact = getattr(flash, name)(speeds, stress_spectrum=Band(), **HEAT, **body)
+    stress = LayStress(Band(), 1.0, 0.7)
+    got = getattr(lay, name)(speeds, [[0.3], [pi / 2]], stress, **HEAT, **body)
+    np.testing.assert_allclose(got, [exact, exact], rtol=1e-10 if not body else 1e-9)
+
+
+def test_grooves_turned_by_a_quarter():
+    along, across = (LayStress(Band(), gamma, 0.7) for gamma in (5.0, 0.2))
+    for body in ({}, SKIN, {"slid_distance": 1e-4}):
+        one = lay.flash_temperature(35.0, 0.4, along, **HEAT, **body)
+        other = lay.flash_temperature(35.0, pi / 2 - 0.4, across, **HEAT, **body)
+        assert one == pytest.approx(other, rel=1e-8)
+        mirrored = lay.flash_temperature(-35.0, [-0.4, pi + 0.4], along, **HEAT, **body)
+        assert mirrored == pytest.approx([one, one], rel=1e-8)
+
+
+def test_a_long_slide_is_steady():
+    stress = LayStress(Band(), 5.0, 0.7)
+    for body in ({}, SKIN):
+        steady = lay.flash_temperature(35.0, 0.4, stress, **HEAT, **body)
+        far = lay.flash_temperature(35.0, 0.4, stress, **HEAT, **body, slid_distance=1.0)
+        assert far == pytest.approx(steady, rel=1e-6)
+    with pytest.raises(ValueError, match="slid_distance"):
+        lay.flash_temperature(35.0, 0.4, stress, **HEAT, **SKIN, slid_distance=1e-6)
+    with pytest.raises(ValueError, match="slid_distance = 0 m"):
+        lay.flash_temperature(35.0, 0.4, stress, **HEAT, slid_distance=0.0)
+
+
+class PowerLaw:
+    """C(q) = 1e-32 (q/2e4)^-3.6 m⁴ from q_min to q_max."""
+
+    breaks = (2e4, 4e5)
+
+    def __call__(self, q):
+        return np.where((q >= 2e4) & (q <= 4e5), 1e-32 * (np.asarray(q) / 2e4) ** -3.6, 0.0)
+
+
+def test_full_contact_is_that_of_the_waves():
+    # G of the face itself is (γ + 1/γ)/2 of that of the isotropic one
+    modulus = 1e11
+    variance = modulus**2 / 2 * pi * 1e-32 * 2e4**3.6 * (4e5**0.4 - 2e4**0.4) / 0.4 * (4 + 0.25) / 2
+    stress = lay.stress_of_lay(
+        PowerLaw(), 4.0, effective_modulus=modulus, nominal_pressure=8 * sqrt(variance)
+    )
+    assert stress.exponent == pytest.approx(1.0, abs=1e-9)
+    q = np.geomspace(2.1e4, 3.9e5, 5)
+    exact = (modulus * q / 2) ** 2 * PowerLaw()(q) * (4 + 0.25) / 2
+    np.testing.assert_allclose(stress.stress_spectrum(q), exact, rtol=2e-3)
+
+
+def test_a_hardness_knows_no_direction():
+    assert lay.exponent(0.2, 0.0) == 0.0
+    assert lay.exponent(1.0, 1.0) == 1.0
+    assert lay.exponent(1e-9, 1e-9) == pytest.approx(0.5)
+
+
+def test_the_modulus_of_waves_of_all_directions():
+    # log-mean and rms of |q|/|q′| over directions
+    angle = pi / 4000 * np.arange(4000)
+    m = np.sqrt(np.cos(angle) ** 2 / 7 + 7 * np.sin(angle) ** 2)
+    assert lay.stiffening(7.0, 0.0) == pytest.approx(np.exp(np.log(m).mean()), rel=1e-12)
+    assert lay.stiffening(7.0, 1.0) == pytest.approx(sqrt((m**2).mean()), rel=1e-12)
+    assert lay.stiffening(1.0, 0.3) == 1.0
+    assert lay.stiffening(7.0, 0.5) * 2 == pytest.approx(
+        lay.stiffening(7.0, 0.0) + lay.stiffening(7.0, 1.0)
+    )
+
+
+def test_a_lay_below_one_is_refused():
+    with pytest.raises(ValueError, match=r"lay = 0.5 must be 1 or more"):
+        lay.stress_of_lay(PowerLaw(), 0.5, effective_modulus=1e11, nominal_pressure=1e9)
