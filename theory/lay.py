@@ -52,11 +52,21 @@ _FAINT = 20.0  # e^(−20) is nothing
 
 @dataclass(frozen=True, slots=True)
 class LayStress:
-    """The stress of a face with a lay: |σ_q|² of isotropic contact in the stretched frame, and its weight m^(2η)."""
+    """The stress of a face with a lay: that of isotropic contact in the stretched frame, and its weight m^(2η).
+
+    Parameters
+    ----------
+    stress_spectrum : callable
+        |σ_q′|², Pa² m², with `breaks`.
+    lay : float
+        γ, the correlation length along the grooves over that across.
+    exponent : float
+        η, from 0 to 1.
+    """
 
     stress_spectrum: SpectrumLike
-    lay: float  # γ, the correlation length along the grooves over that across
-    exponent: float  # η
+    lay: float
+    exponent: float
 
 
 def stiffening(lay: float, elastic_fraction: float) -> float:
@@ -182,13 +192,13 @@ class _Face:
         steep = abs(self.drift) / float(q.min())
         wave = self.wave(*self._nodes(steep * (max(1.0, layers.diffusion) if layers else 1.0)))
         advection = self.drift * waves * wave.along
-        response: Complex
+        length = waves * np.sqrt(wave.square)
         if layers is None:
-            response = 1 / np.sqrt(wave.square - 1j * advection / waves**2)
+            root: Complex = np.sqrt(length**2 - 1j * advection)
+            response: Complex = length / root
         else:
-            response = surface_response(waves * np.sqrt(wave.square), advection, layers)
-            response = response / np.sqrt(wave.square)
-        return np.asarray((response * part(wave)).real @ wave.share)
+            response = surface_response(length, advection, layers)
+        return np.asarray((response * part(wave) / np.sqrt(wave.square)).real @ wave.share)
 
     def _nodes(self, steep: float) -> tuple[Array, Array]:
         """Return angles from `resting` over half a turn, dense there and along the grooves, and their widths."""
