@@ -94,12 +94,14 @@ def sliding_run(tmp_path_factory):
 def few_fields():
     """Contacts drawn by the law are few and of few points: what is looked at is where their numbers stand."""
     drawn = importlib.import_module("roughsim.prediction.fields")
-    remembered = drawn.frozen_fields, drawn.slid_fields
+    remembered = drawn.frozen_fields, drawn.slid_fields, drawn.drawn_pictures
     for one in remembered:
         one.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(drawn, "draw_frozen", partial(drawn.draw_frozen, points=256, fields=6))
-        patch.setattr(drawn, "draw_slides", partial(drawn.draw_slides, points=80, fields=6))
+        patch.setattr(drawn, "draw_slides", partial(drawn.draw_slides, points=64, fields=6))
+        patch.setattr(drawn, "_POINTS", 256)  # of pictures
+        patch.setattr(drawn, "_FIELDS", 4)
         yield
     for one in remembered:
         one.cache_clear()

@@ -1,8 +1,6 @@
 """One member from numbers alone: what a worker of an ensemble computes."""
 
 import pickle
-import subprocess
-import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
@@ -161,15 +159,6 @@ def test_a_hardness_that_is_never_reached_stays_where_a_column_needs_it(
             capped_numerics, levels=(replace(capped_numerics.levels[0], column=column),)
         )
         assert scene_of(hard, numerics).elastic is elastic
-
-
-def test_a_worker_needs_neither_scenes_nor_the_theory_nor_the_disk():
-    code = (
-        "import sys, roughsim.pipeline;"
-        "print(sorted({'theory', 'pydantic', 'h5py', 'roughsim.scene', 'roughsim.prediction'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_what_two_problems_have_in_common_is_taken_over_with_the_same_bits(

@@ -9,6 +9,7 @@ import pytest
 import yielding_points
 from contacts import ladder
 from scipy.special import j0
+from some_rows import some
 
 from roughsim.surface.modes import mode_variance
 from theory import flash, persson, plasticity
@@ -53,7 +54,9 @@ def test_the_hardness_gives_the_yielded_share_of_the_theory(contact):
     assert plastic / (elastic + plastic) == pytest.approx(contact.yielded, rel=2e-6)
 
 
-@pytest.mark.parametrize("contact", yielding_points.points(), ids=lambda contact: contact.name)
+@pytest.mark.parametrize(
+    "contact", some(yielding_points.points()), ids=lambda contact: contact.name
+)
 def test_the_law_takes_every_contact_that_it_was_compared_with(contact):
     solid = {
         "effective_modulus": 1.0,

@@ -7,6 +7,7 @@ import pytest
 from chart_cases import SPEED
 from matplotlib.text import Text
 from refused_cases import assert_refused
+from some_rows import some
 
 import roughsim as rs
 from roughsim.charts.plot import QUANTITIES, plot_run
@@ -18,7 +19,7 @@ ASKED = ("sliding", "reaction", *ABOUT, "snapshots", "seen")  # of other scenes
 DRAWN = [quantity for quantity in QUANTITIES if quantity not in ASKED]
 
 
-@pytest.mark.parametrize("quantity", DRAWN)
+@pytest.mark.parametrize("quantity", some(DRAWN, 2))
 def test_every_picture_says_what_it_is_of(capped_run, drawn, quantity):
     plot_run(capped_run, quantity)
     text = " ".join(text.get_text() for text in drawn[0].findobj(Text))
@@ -52,6 +53,7 @@ def test_the_ending_says_the_format(capped_run, tmp_path, ending, start):
     )
 
 
+@pytest.mark.slow
 def test_pictures_lie_beside_the_run(capped_run):
     first = plot_run(capped_run, "heights")
     assert first == capped_run.folder.resolve().parent / "capped-heights.png"

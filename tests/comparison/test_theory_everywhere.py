@@ -220,6 +220,7 @@ def test_the_ratio_is_to_the_sum_over_the_cells_own_modes_which_has_a_name_of_it
     assert frame["theory_same_modes"] == row["theory_same_modes"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_no_output_has_a_third_name_for_the_theory(run, tmp_path):
     shown = [printed("compare", run.folder, "--json"), plain(str(rs.compare(run)))]

@@ -104,15 +104,16 @@ def assert_same_numbers(folder, other, count):
         np.testing.assert_array_equal(a.moments[0].spectrum, b.moments[0].spectrum)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("which", "workers"),
     [
-        pytest.param(signal.SIGINT, 2, marks=pytest.mark.slow),
+        (signal.SIGINT, 2),
         (signal.SIGINT, 1),
-        pytest.param(signal.SIGTERM, 1, marks=pytest.mark.slow),
-        pytest.param(signal.SIGTERM, 2, marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, 2, marks=pytest.mark.slow),
-        pytest.param(signal.SIGXCPU, 1, marks=pytest.mark.slow),
+        (signal.SIGTERM, 1),
+        (signal.SIGTERM, 2),
+        (signal.SIGHUP, 2),
+        (signal.SIGXCPU, 1),
     ],
 )
 def test_an_interrupt_ends_all_within_a_second(hangup_ends, scene_file, tmp_path, which, workers):

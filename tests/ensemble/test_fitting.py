@@ -224,6 +224,7 @@ def test_a_worker_that_is_killed_while_it_starts_has_died_and_no_script_is_blame
             started(workers)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:a worker has died", "ignore:workers = ")
 def test_after_the_death_of_a_worker_the_process_of_the_run_computes_no_member_itself():
     with Workers(2) as workers:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from press_cases import AT_35, drawn_map, write_scene
+from some_rows import some
 from stored_cases import split_members
 
 import roughsim as rs
@@ -95,6 +96,7 @@ def test_a_map_of_the_older_format_is_refused_with_the_sentence_to_press_it_agai
     assert contents(folder) == before
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:q_min = :RuntimeWarning")
 def test_lost_quadrants_are_pressed_again(place):
     folder = place / "pressed"
@@ -141,7 +143,7 @@ def test_a_map_is_not_pressed_into_a_study(pressed, tmp_path):
         rs.press(pressed / "scene.toml", tmp_path / "study", changes=AT_35)
 
 
-@pytest.mark.parametrize("name", LAST)
+@pytest.mark.parametrize("name", some(LAST))
 def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, name):
     folder = place / "pressed"
     first = rs.open_run(folder).estimate(NAME)
@@ -163,7 +165,7 @@ def test_a_damaged_member_of_a_map_is_moved_aside_and_pressed_again(place, name)
     np.testing.assert_array_equal(again.estimate(NAME).total_error, first.total_error)
 
 
-@pytest.mark.parametrize("member", ["L2-000001", "L2-000003", "L3-000002"])
+@pytest.mark.parametrize("member", some(["L2-000001", "L2-000003", "L3-000002"]))
 @pytest.mark.parametrize("damaged", [True, False])
 def test_an_error_by_fewer_quadrants_is_not_stated_as_known(place, member, damaged, capsys):
     whole = rs.open_run(place / "pressed")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from press_cases import AT_35, drawn_map, write_scene
+from some_rows import some
 from stored_cases import members_of
 
 import roughsim as rs
@@ -26,7 +27,7 @@ def lowest(run):
     return [run.counts[run.numerics.coarse_levels(column)[0]] for column in run.numerics.columns]
 
 
-@pytest.mark.parametrize("number", [3, 12, pytest.param(29, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", some([3, 12, 29]))
 def test_as_many_members_as_asked_for_are_computed_for_any_target(scene, tmp_path, number):
     run = rs.run(scene, tmp_path / "run", realizations=number)
     assert lowest(run) == [number, number]
@@ -56,6 +57,7 @@ def test_a_larger_number_continues_and_a_smaller_one_leaves_members_out(scene, t
     assert fresh.counts == rs.open_run(tmp_path / "run").counts
 
 
+@pytest.mark.slow
 def test_the_scene_and_the_command_give_the_number_too(scene, tmp_path, capsys):
     text = scene.to_toml().replace("[ensemble]\n", "[ensemble]\nrealizations = 5\n")
     (tmp_path / "scene.toml").write_text(text)

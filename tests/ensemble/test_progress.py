@@ -9,6 +9,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from some_rows import some
 
 import roughsim as rs
 from roughsim.cli import main
@@ -88,7 +89,7 @@ def test_a_run_warns_in_the_form_of_every_verb(quick, tmp_path, capsys):
     ]
 
 
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EPIPE])
+@pytest.mark.parametrize("number", some([errno.ENOSPC, errno.EPIPE]))
 @pytest.mark.parametrize("terminal", [True, False])
 def test_a_terminal_that_takes_no_more_stops_no_run(quick, tmp_path, number, terminal):
     with redirect_stderr(Broken(number, terminal)):
@@ -113,6 +114,7 @@ def test_a_script_prints_a_line_after_each_silence_which_grows(monkeypatch, caps
     assert capsys.readouterr().err == ""  # nothing after the end
 
 
+@pytest.mark.slow
 def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
     rs.run(quick, tmp_path / "run", max_realizations=2)

@@ -108,6 +108,7 @@ def test_members_ahead_change_nothing_of_a_run(two_levels, tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_a_process_whose_round_others_complete_computes_ahead(two_levels, tmp_path, by_hand, soon):
     until = {"flash_temperature": 0.1}
     whole = rs.run(two_levels, tmp_path / "whole", until=until)

@@ -132,6 +132,7 @@ def test_a_handler_of_the_program_is_kept():
     assert heard == [1]
 
 
+@pytest.mark.slow
 def test_a_given_executor_is_left_alone_and_a_broken_pool_leaves_no_process():
     given = Broken()
     with Workers(2, given) as workers:
@@ -233,6 +234,7 @@ def test_claims_of_a_level_are_few_short_and_never_overlap(seconds):
         assert len(claims) < 130
 
 
+@pytest.mark.slow
 def test_a_run_has_few_files_at_any_moment(quick, tmp_path):
     most = 0
 

@@ -208,6 +208,7 @@ def test_errors_and_doubts_of_the_chain_are_relative():
 # the outside
 
 
+@pytest.mark.slow
 def test_the_chart_is_a_picture(tmp_path):
     error_over_cost_chart(
         [point(0.5 / k, k, method) for k in (1.0, 2.0) for method in "ab"], tmp_path / "chart.png"

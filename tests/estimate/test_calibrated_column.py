@@ -200,6 +200,7 @@ def test_a_mean_over_slides_errs_by_the_form_as_far_as_it_is_stretched():
     assert found.errors["form"] == pytest.approx(np.linalg.norm(changes), rel=1e-9)
 
 
+@pytest.mark.usefixtures("few_fields")
 def test_the_form_is_in_doubt_by_the_speed_over_the_length_of_the_heights():
     changes = {"sliding.speed": [1.0, 35.0], "observables.temperature_distribution": True}
     scene = rs.load_scene("steel-1.2GPa", changes)

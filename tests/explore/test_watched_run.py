@@ -111,6 +111,7 @@ def test_a_growing_run_is_followed(empty, soon):
     ]
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_named_and_the_others_are_shown(copied):
     path = copied / "members" / "L2-000003.h5"
     whole = path.read_bytes()

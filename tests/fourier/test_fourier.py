@@ -308,6 +308,7 @@ def test_memory_for_fftw_begins_there_wherever_the_system_puts_it():
     assert {memory.ctypes.data % plans.ALIGNMENT for memory in kept} == {0}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not fourier.direct(), reason="FFTW is out of reach of compiled code")
 def test_fftw_is_found_beside_an_extension_module_that_does_not_give_it():
     beside = plans.libraries()[1:]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heat_cases import pixel_influence
+from some_rows import some
 
 from roughsim import Grid, half_space_temperature
 from roughsim.heat import source_temperature
@@ -160,7 +161,7 @@ def test_a_square_from_rest_is_exact_at_any_resolution(case):
     "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
 )
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
-@pytest.mark.parametrize("shift", [(0.0, 0.0), (0.5, 0.5), (0.2, 0.4)])
+@pytest.mark.parametrize("shift", some([(0.2, 0.4), (0.0, 0.0), (0.5, 0.5)], pairs=True))
 def test_a_hertz_source_given_at_the_centres_has_its_flash_temperature_from_rest(
     case, pixels, tolerance, shift
 ):

@@ -528,6 +528,7 @@ def test_a_theory_that_cannot_be_evaluated_is_said_and_stops_nothing(quick, monk
     assert found.to_dict()["scene_facts"] is None
 
 
+@pytest.mark.slow
 def test_theory_plan_run_and_report_all_say_it(quick, tmp_path, capsys):
     scene = replace(quick, body=replace(quick.body, melting_temperature=320.0))
     path = tmp_path / "s.toml"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from some_rows import some
 
 import roughsim as rs
 from roughsim.cli import main
@@ -94,6 +95,7 @@ def test_a_sound_scene_gives_none():
         rs.plan("demo")
 
 
+@pytest.mark.slow
 def test_a_press_warns_of_the_map_but_not_of_surfaces_drawn_from_it(tmp_path):
     grid = rs.Grid((96, 96), (SIDE / 4, SIDE))  # waves are four times as long along y
     law = rs.SelfAffineSpectrum.from_rms_height(4e-7, hurst=0.8, q_min=5e4, q_max=2.5e5)
@@ -156,7 +158,7 @@ def test_a_run_has_the_temperature_that_mean_gives_in_its_own_contacts(odd, tmp_
     assert share == pytest.approx(mean / everything, rel=2e-3)
 
 
-@pytest.mark.parametrize("verb", ["theory", "plan", "run", "study"])
+@pytest.mark.parametrize("verb", some(["theory", "plan", "run", "study"], 2))
 def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys):
     words = [verb, str(odd), *(["--all"] if verb in ("theory", "plan") else [])]
     if verb in ("run", "study"):

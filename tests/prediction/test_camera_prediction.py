@@ -95,6 +95,7 @@ def test_waves_longer_than_the_cell_are_an_error_of_its_picture():
     ).all()
 
 
+@pytest.mark.usefixtures("few_fields")
 def test_one_percent_by_the_law_has_the_errors_of_quantiles():
     found = scene()
     hottest = hottest_seen(found)

@@ -27,8 +27,8 @@ SOLID = {
 BODY = {"conductivity": 30.0, "diffusivity": DIFFUSIVITY}
 ASKED = '[reaction]\nactivation_energy = ["1 eV"]\nprefactor = "1e13 1/s"\n[observables]\nheat_above = "700 K"\n[numerics]'
 FAR = 'history = "sliding"\nslid_distance = "0.4 mm"'
-SHORT = ("q_max = 2e5", "q_max = 5e4")  # all of its waves are drawn
-RESTING = 'rms_height = "0.9 um"\nhurst = 0.8\nq_min = 6350\nq_roll_off = 2e4\nq_max = 5e4\n'
+SHORT = ("q_max = 2e5", "q_max = 4e4")  # all of its waves are drawn
+RESTING = 'rms_height = "0.9 um"\nhurst = 0.8\nq_min = 6350\nq_roll_off = 2e4\nq_max = 4e4\n'
 RESTING += "conductivity = 30\ndensity = 7900\nheat_capacity = 500\nyoungs_modulus = 200e9\npoisson_ratio = 0.3\n"
 
 

@@ -154,6 +154,7 @@ def test_other_scenes_do_not_get_it(counterface, sliding):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
     scene = replace(

@@ -5,6 +5,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from some_rows import some
 from stored_cases import split_members
 
 import roughsim as rs
@@ -185,7 +186,7 @@ def test_a_run_whose_field_needs_more_than_half_of_the_memory_is_refused(
             rs.open_run(run.folder)
 
 
-@pytest.mark.parametrize(("count", "more"), [(5, ""), (6, " and 1 more")])
+@pytest.mark.parametrize(("count", "more"), some([(6, " and 1 more"), (5, "")]))
 def test_five_missing_members_are_named_and_of_others_the_number(count, more, quick, tmp_path):
     names = [f"L0-00000{index}" for index in range(1, count + 1)]
     run = rs.run(quick, tmp_path / "run", max_realizations=count + 2, until={})

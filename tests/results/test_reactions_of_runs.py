@@ -26,6 +26,7 @@ from roughsim.show.terminal import table_text
 from roughsim.store.member_files import BINS
 from roughsim.store.parts import read_part
 
+pytestmark = pytest.mark.usefixtures("few_fields")
 ASKS = {
     "sliding.background_temperature": 500.0,
     "surface.q_roll_off": 3e4,
@@ -280,13 +281,14 @@ def test_the_picture_has_the_numbers_of_the_run(asked, tmp_path):
         plot_run(asked, "reaction", tmp_path / "reaction.svg", speed=10.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
         "reaction_rate",
-        pytest.param("activation_temperature", marks=pytest.mark.slow),
-        pytest.param("conversion", marks=pytest.mark.slow),
-        pytest.param("heat_share_above", marks=pytest.mark.slow),
+        "activation_temperature",
+        "conversion",
+        "heat_share_above",
     ],
 )
 def test_each_row_that_is_asked_is_drawn_over_the_speed_with_its_errors(asked, tmp_path, name):

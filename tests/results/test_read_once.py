@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from some_rows import some
 from stored_cases import member_path, read_file, read_member, split_members, write_member
 from summary_cases import COUNT, bits
 
@@ -43,7 +44,7 @@ def test_samples_are_those_of_the_files(folder):
                 )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", some(range(3)))
 def test_rounds_are_the_same_in_whatever_order_members_come(whole, tmp_path, seed):
     run = rs.run(whole.scene, tmp_path / "run", numerics=whole.numerics, max_realizations=1)
     run.max_realizations = COUNT
@@ -120,6 +121,7 @@ def test_a_failed_member_that_does_not_count_leaves_its_surface_to_the_other_col
     assert run.members.sound(capped) == [*range(counts[capped])]
 
 
+@pytest.mark.slow
 def test_the_last_member_of_a_round_counts_with_those_of_later_rounds(folder, whole):
     longer = rs.run(whole.scene, folder, max_realizations=30)
     split_members(folder)

@@ -134,6 +134,7 @@ def test_a_damaged_field_is_never_shown(quick, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["run"]
 
 
+@pytest.mark.slow
 def test_a_run_whose_files_lack_a_field_has_the_others(kept_run, tmp_path):
     shutil.copytree(kept_run.folder, tmp_path / "run")
     for path in (split_members(tmp_path / "run") / "members").glob("L*-000001.h5"):

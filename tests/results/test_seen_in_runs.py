@@ -9,6 +9,7 @@ from small_scene import CAPPED
 import roughsim as rs
 from roughsim.scene import parse_scene
 
+pytestmark = pytest.mark.usefixtures("few_fields")
 SEEN = ("seen_rms", "seen_99", "seen_width")
 
 
@@ -90,6 +91,7 @@ def test_a_run_without_a_camera_says_what_to_add(tmp_path):
         plain.estimate("seen_99")
 
 
+@pytest.mark.slow
 def test_the_picture_is_drawn(sharp, tmp_path):
     assert rs.plot(sharp, "seen", tmp_path / "seen.png").stat().st_size > 1e4
     assert rs.plot(sharp, "seen_width", tmp_path / "width.png").stat().st_size > 1e4

@@ -102,16 +102,10 @@ def test_any_lines_in_a_scene_make_a_scene_or_one_line_of_refusal(name, edits):
     read_or_refused("\n".join(text))
 
 
-@settings(max_examples=20, **STEADY)
-@given(st.text(max_size=200))
-def test_any_text_is_a_scene_or_one_line_of_refusal(text):
-    read_or_refused(text)
-
-
 @settings(max_examples=200, **STEADY)
 @given(st.text(max_size=200))
 @pytest.mark.slow
-def test_any_of_many_texts_is_a_scene_or_one_line_of_refusal(text):
+def test_any_text_is_a_scene_or_one_line_of_refusal(text):
     read_or_refused(text)
 
 

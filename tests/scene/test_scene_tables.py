@@ -72,6 +72,7 @@ def test_the_spatial_frequency_is_that_of_a_drawn_map(tmp_path):
     )  # rings are wide, and C falls by 3 across one
 
 
+@pytest.mark.slow
 def test_the_longest_tables_still_fit_into_a_scene_file(tmp_path):
     rng = random.Random(3)
     rows = [

@@ -15,7 +15,6 @@ from roughsim import fourier
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 from roughsim.planning.realization import slide_problem
-from roughsim.results.columns import results_of
 from roughsim.results.snapshots import read_snapshots
 from roughsim.scene import parse_scene
 from roughsim.sliding.distribution import POSITIONS, Sampler, positions
@@ -215,7 +214,8 @@ def test_reactions_of_the_column_sliding(asked):
 
 
 def test_compare_and_exports_have_them_in_the_column_sliding(asked):
-    rows = json.loads(json.dumps(rs.compare(asked).to_dict()))["rows"]
+    comparison = rs.compare(asked)
+    rows = json.loads(json.dumps(comparison.to_dict()))["rows"]
     cells = {(row["observable"], row.get("energy"), row["speed"]): row["sliding"] for row in rows}
     for name in NAMES:
         assert cells[name, None, 35.0]["mean"] == asked.estimate(name, "sliding").mean[1]
@@ -223,7 +223,7 @@ def test_compare_and_exports_have_them_in_the_column_sliding(asked):
         cells["reaction_rate", 1.0, 35.0]["mean"]
         == found(asked, "reaction_rate", energy=1.0).mean[1]
     )
-    sliding = results_of(asked).sel(column="sliding")
+    sliding = comparison.results.sel(column="sliding")
     assert sliding["activation_temperature"].sel(energy=1.0).mean == pytest.approx(
         found(asked, "activation_temperature", energy=1.0).mean
     )

@@ -137,7 +137,7 @@ CALLS = ("rename", "link", "unlink", "fsync")
 
 
 @pytest.mark.parametrize("late", [False, True])
-@pytest.mark.parametrize("whole", [False, True])
+@pytest.mark.parametrize("whole", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_kill_at_any_step_of_merging_loses_no_member(folder, monkeypatch, whole, late):
     steps = 0
     while True:

@@ -161,6 +161,7 @@ def test_the_ratio_of_two_points_names_the_parts_that_its_error_lacks(done):
     assert all(np.isfinite(trend["exponent"]) for trend in trends)  # both of one kind
 
 
+@pytest.mark.slow
 def test_files_of_a_study_have_the_marks(mixed, tmp_path):
     rows = list(mixed.rows())
     marks = [(row["unknown"], row["note"]) for row in rows]

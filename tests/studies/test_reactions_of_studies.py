@@ -153,6 +153,7 @@ def test_tables_have_a_row_for_each_point_at_each_energy(asked):
     assert "Rate of reaction" in shown
 
 
+@pytest.mark.slow
 def test_a_chart_has_a_curve_for_each_energy_or_the_energy_along_its_axis(asked, tmp_path):
     usual = usual_choice(asked, "reaction_rate")
     assert (usual.x, usual.family) == ("nominal_pressure", "energy")

@@ -10,6 +10,7 @@ from dataclasses import replace
 from multiprocessing import get_context
 
 import pytest
+from some_rows import some
 from stored_cases import member_path, split_members
 from study_cases import VARY, description_of
 
@@ -211,7 +212,8 @@ def test_a_refused_plan_leaves_an_older_folder_as_it_was(small, tmp_path, monkey
 
 
 @pytest.mark.parametrize(
-    "damage", ["cut", "lost", "no json", "no scene", "scene cut", "scene lost", "both lost"]
+    "damage",
+    some(["cut", "lost", "no json", "scene cut", "no scene", "scene lost", "both lost"]),
 )
 def test_a_study_with_damaged_or_lost_files_goes_on_with_all_that_is_computed(
     two_points, tmp_path, small, damage
