@@ -72,13 +72,13 @@ def _of_scans(scene: Scene) -> Iterator[Remark]:
 
 
 def _of_textures(scene: Scene) -> Iterator[Remark]:
-    """Yield for each map that C(q) was measured on the lay of its slopes, and the distribution of its heights."""
+    """Yield for each map that C(q) was measured on its lay, and the distribution of its heights."""
     for face, maps in scene.textures.items():
         for number, texture in enumerate(maps, start=1):
             of_face = f" of [{face}]" * (len(scene.textures) > 1)
             of = f" of map {number}" * (len(maps) > 1) + of_face
-            drawn = "rms slopes of the map; drawn surfaces are isotropic"
-            yield Remark("assumption", f"texture{of}", drawn, texture.slopes())
+            drawn = "of the map; drawn surfaces are isotropic"
+            yield Remark("assumption", f"texture{of}", drawn, texture.waves())
             gaussian = f"Gaussian 0 and 3; {texture.extremes()}"
             yield Remark("assumption", f"heights{of}", gaussian, texture.heights())
 

@@ -78,7 +78,7 @@ def _check_psd_error(rows: Numbers) -> Numbers:
 def _read_textures(value: Any) -> tuple[Texture, ...]:
     """Read a row of numbers for each map."""
     try:
-        textures = tuple(Texture(*map(float, row)) for row in value)
+        textures = tuple(Texture.of_row([*map(float, row)]) for row in value)
     except (TypeError, ValueError):
         raise ValueError(" must have a row of numbers for each map; load the scan again") from None
     for one in textures:

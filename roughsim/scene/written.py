@@ -7,8 +7,8 @@ from roughsim.scene.schema import SECTIONS, literal, shortened, unit_of
 from roughsim.show.table import Column, Row, Table, significant
 
 _TEXTURE = (
-    "ratio of slopes, its angle, of one octave: ratio, angle, q from, to; skewness, kurtosis, share beyond 8 rms, "
-    "slope of tops"
+    "lay, its angle, of one octave: lay, angle, q from, to; skewness, kurtosis, share beyond 8 rms, slope of tops, "
+    "evidence of the lay"
 )
 # key of a table → the comment on its rows
 _TABLES = {

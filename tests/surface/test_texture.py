@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.surface.topography import encoded, levelled, read_scan, texture_of
+from roughsim.surface.topography import Texture, encoded, levelled, read_scan, texture_of
 
 SIDE = 1e-3
 
@@ -21,8 +21,8 @@ def drawn(shape, rng, *, hurst=0.8, longest=4.0, roll_off=1.0, lengths=(SIDE, SI
     return rs.synthesize(law, grid, rng, amplitudes="gaussian")
 
 
-def grooves(grid, angle, stretch, rng, waves=1500, *, with_slopes=False):
-    """Plane waves, `stretch` times as long along an angle as across, not periodic; their rms slopes by eigenvalues."""
+def grooves(grid, angle, stretch, rng, waves=1500):
+    """Plane waves, `stretch` times as long along an angle as across, not periodic."""
     x, y = (np.arange(n) * step for n, step in zip(grid.shape, grid.spacing, strict=True))
     q, phi = (
         2 * math.pi / SIDE * np.exp(rng.uniform(math.log(6), math.log(40), waves)),
@@ -33,31 +33,92 @@ def grooves(grid, angle, stretch, rng, waves=1500, *, with_slopes=False):
     qy = along * math.sin(angle) + across * math.cos(angle)
     phase = np.exp(1j * rng.uniform(0, 2 * math.pi, waves)) * q**-0.8
     one, other = phase[:, None] * np.exp(1j * qx[:, None] * x), np.exp(1j * qy[:, None] * y)
-    heights = 1e-7 * np.real(one.T @ other)
-    if not with_slopes:
-        return heights
-    gradient = [1e-7 * np.real((1j * q[:, None] * one).T @ other).ravel() for q in (qx, qy)]
-    return heights, np.sqrt(np.linalg.eigvalsh(np.cov(gradient)))
+    return 1e-7 * np.real(one.T @ other)
 
 
-@pytest.mark.parametrize(
-    ("shape", "lengths"), [((64, 64), (SIDE, SIDE)), ((60, 96), (SIDE, 2 * SIDE))]
-)
-def test_two_crossed_waves_have_the_ratio_of_their_slopes(shape, lengths):
-    grid = rs.Grid(shape, lengths)
-    x, y = (2 * math.pi * np.arange(n) / n for n in shape)
-    steep, gentle = 3e-7 * np.cos(5 * x)[:, None], 2e-7 * np.cos(3 * y + 0.4)
-    found = texture_of(steep + gentle, grid, periodic=True)
-    assert found.ratio == pytest.approx(3e-7 * 5 / lengths[0] / (2e-7 * 3 / lengths[1]), rel=1e-12)
-    assert found.angle == pytest.approx(math.pi / 2, abs=1e-9)  # the steep wave runs along x
+def stretched(ratio, angle, rng, *, side=128, longest=4.0, part=1.0, octave=None):
+    """A Gaussian map of C(q′), q⃗′ = (√γ q along, q across/√γ), on square pixels; of an octave alone if asked."""
+    points = round(side / part)
+    x, y = (2 * math.pi / SIDE * part * points * np.fft.fftfreq(points) for _ in range(2))
+    along = x[:, None] * math.cos(angle) + y * math.sin(angle)
+    across = y * math.cos(angle) - x[:, None] * math.sin(angle)
+    root = math.sqrt(ratio)
+    if octave is not None:
+        number = np.hypot(along, across) * SIDE / (2 * math.pi)
+        root = np.where((number >= octave) & (number < 2 * octave), root, 1.0)
+    q = np.hypot(along * root, across / root)
+    size = np.where(q >= 2 * math.pi / SIDE * longest, np.maximum(q, 1.0) ** -1.8, 0.0)
+    heights = np.fft.ifft2(np.fft.fft2(rng.standard_normal((points, points))) * size).real
+    return levelled(1e-6 * heights / heights.std())[:side, :side], rs.Grid(
+        (side, side), (SIDE, SIDE)
+    )
+
+
+def off_by(found, angle):
+    """Angle between two axes, degrees."""
+    return (math.degrees(found - angle) + 90) % 180 - 90
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("ratio", [1.5, 3.0, 10.0])
+def test_texture_gives_stretch_and_angle(ratio):
+    rng = np.random.default_rng(12)
+    logs, angles = [], []
+    for angle in (0.0, 0.4, 1.1, math.pi / 2, 2.2, 3.0):
+        heights, grid = stretched(ratio, angle, rng, longest=8.0)
+        found = texture_of(heights, grid, periodic=True)
+        logs.append(math.log(found.ratio / ratio))
+        angles.append(off_by(found.angle, angle))
+        assert not found.isotropic
+    # a factor 1.06 over eight seeds and several C(q); the mean of six within three standard errors
+    assert abs(np.mean(logs)) < 0.07
+    assert np.std(logs) < 0.12
+    assert np.sqrt(np.mean(np.square(angles))) < 4.0 / (ratio - 1.0)
+
+
+@pytest.mark.parametrize("ratio", [3.0, 10.0])
+def test_texture_of_a_part_of_a_map_has_its_stretch(ratio):
+    heights, grid = stretched(ratio, 0.6, np.random.default_rng(13), part=0.5)
+    found = texture_of(levelled(heights), grid, periodic=False)
+    assert found.ratio == pytest.approx(ratio, rel=0.25)
+    assert abs(off_by(found.angle, 0.6)) < 2.0
+
+
+def test_texture_names_the_octave_with_another_lay():
+    heights, grid = stretched(6.0, 1.0, np.random.default_rng(14), side=256, octave=64)
+    found = texture_of(heights, grid, periodic=True)
+    assert found.ratio < 2.0
+    assert 2.0 < found.band_ratio < 8.0  # half of the octaves beside it counts too
+    assert off_by(found.band_angle, 1.0) == pytest.approx(0.0, abs=3.0)
+    assert found.band_low == pytest.approx(2 * math.pi / SIDE * 64, rel=1e-9)
+    assert "in waves of 7.8 to 16 µm" in found.waves()
+
+
+@pytest.mark.parametrize(("angle", "rows"), [(0.0, True), (1.55, True), (0.3, False)])
+def test_a_lay_along_a_scan_axis_may_be_rows(angle, rows):
+    heights, grid = stretched(3.0, angle, np.random.default_rng(15))
+    found = texture_of(heights, grid, periodic=True)
+    assert found.of_instrument == rows
+    said = [str(remark) for remark in found.warnings("surface")]
+    assert any("rows of the instrument" in line for line in said) == rows
+
+
+def test_rows_of_older_scenes_have_ratios_of_slopes():
+    older = [1.4, 0.3, 2.5, 0.4, 1e4, 2e4, 0.0, 3.0, 0.0, 1.0]
+    found = Texture.of_row(older)
+    assert found[:10] == (1.0, *older[1:])  # isotropic maps had up to 1.5
+    assert not found.isotropic
+    assert Texture.of_row([*found]) == found
+    with pytest.raises(TypeError):
+        Texture.of_row(older[1:])
 
 
 def test_oblique_waves_have_their_lay_across_them():
     grid = rs.Grid((48, 48), (SIDE, SIDE))
     x, y = (2 * math.pi * np.arange(48) / 48 for _ in range(2))
     found = texture_of(1e-7 * np.cos(4 * x[:, None] + 3 * y), grid, periodic=True)
-    assert found.angle == pytest.approx(math.atan2(3, 4) + math.pi / 2, abs=1e-9)
-    assert found.ratio > 1e5  # straight grooves
+    assert abs(off_by(found.angle, math.atan2(3, 4) + math.pi / 2)) < 2.0
+    assert found.ratio > 10.0  # straight grooves
     assert not found.isotropic
 
 
@@ -67,14 +128,10 @@ def test_oblique_waves_have_their_lay_across_them():
 )
 def test_grooves_at_any_angle_on_any_grid_show_stretch_and_angle(angle, shape, lengths):
     grid = rs.Grid(shape, lengths)
-    heights, slopes = grooves(
-        grid, math.radians(angle), 5.0, np.random.default_rng(3), with_slopes=True
-    )
+    heights = grooves(grid, math.radians(angle), 5.0, np.random.default_rng(3))
     found = texture_of(levelled(heights), grid, periodic=False)
-    assert found.ratio == pytest.approx(
-        slopes[1] / slopes[0], rel=0.1
-    )  # the tilt and the edges take some of it
-    assert abs((math.degrees(found.angle) - angle + 90) % 180 - 90) < 3.0
+    assert found.ratio == pytest.approx(5.0, rel=0.2)
+    assert abs(off_by(found.angle, math.radians(angle))) < 3.0
     assert found.gaussian
 
 
@@ -86,9 +143,9 @@ def test_a_quarter_turn_turns_the_lay_and_leaves_the_ratio():
     turned = texture_of(
         np.rot90(heights, -1).T[::-1].T, rs.Grid((128, 96), (SIDE * 1.2, SIDE)), periodic=False
     )
-    assert turned.ratio == pytest.approx(found.ratio, rel=1e-9)
+    assert turned.ratio == pytest.approx(found.ratio, rel=0.01)  # the search ends within
     mirrored = (math.pi / 2 - found.angle) % math.pi, (found.angle + math.pi / 2) % math.pi
-    assert min(abs(turned.angle - angle) for angle in mirrored) < 1e-9
+    assert min(abs(turned.angle - angle) for angle in mirrored) < 0.01
 
 
 def test_fine_isotropic_noise_does_not_hide_long_grooves():
@@ -97,8 +154,7 @@ def test_fine_isotropic_noise_does_not_hide_long_grooves():
     heights = grooves(grid, 0.0, 5.0, rng)
     noise = rng.standard_normal(grid.shape) * 0.2 * heights.std()
     found = texture_of(levelled(heights + noise), grid, periodic=False)
-    assert found.ratio < 1.5
-    assert found.band_ratio > 2.5
+    assert found.ratio == pytest.approx(5.0, rel=0.25)
     assert not found.isotropic
     assert abs(math.sin(found.lay)) < 0.1
 
@@ -192,7 +248,7 @@ def test_a_file_with_undefined_points_has_the_texture_of_the_whole_map(tmp_path)
         warnings.simplefilter("ignore", RuntimeWarning)
         found = read_scan(tmp_path / "map.npy", size=(SIDE, SIDE), unit=1.0).texture
     whole = texture_of(levelled(heights), grid, periodic=False)
-    assert found.ratio == pytest.approx(whole.ratio, rel=0.1)
+    assert found.ratio == pytest.approx(4.0, rel=0.1)
     assert found.angle == pytest.approx(whole.angle, abs=0.05)
     assert found.gaussian
 
@@ -236,9 +292,9 @@ def test_plan_and_theory_name_the_texture_and_warn_and_the_error_of_the_scan_is_
         known = judge(scene)
         stated = {remark.quantity: remark.value for remark in known.sizes}
         uneven = word == "not isotropic"
-        assert (
-            "times as steep across as along" if uneven else "as steep in all directions"
-        ) in stated["texture"]
+        assert ("times as long along" if uneven else "as long in all directions") in stated[
+            "texture"
+        ]
         assert "kurtosis" in stated["heights"]
         assert known.to_dict()["scene_facts"]["textures"]["surface"][0]["ratio"] > 0
         said = [

@@ -1,7 +1,7 @@
-"""The texture of a measured map: the lay of its slopes, and how far its heights are from Gaussian ones.
+"""The texture of a measured map: the lay of its waves, and how far its heights are from Gaussian ones.
 
-C(q) is averaged over directions and has no phases. Surfaces drawn from C(q) have slopes that are alike in all
-directions, and Gaussian heights. The texture of a map measures its difference from them.
+C(q) is averaged over directions and has no phases. Surfaces drawn from C(q) are alike in all directions, and have
+Gaussian heights. The texture of a map measures its difference from them.
 """
 
 from collections.abc import Iterator
@@ -12,12 +12,13 @@ import numpy as np
 
 from roughsim.grid import Array, Grid
 from roughsim.show.remarks import Remark
+from roughsim.surface.topography.lay import lays_of
 from roughsim.surface.topography.periodic import periodic_part
 
-_UNEVEN = 1.5  # rms slope across over along: above, T_flash differs by as much and more from direction to direction
-LEAST_SHARE = 0.01  # of ⟨|∇h|²⟩ or of ⟨h²⟩: an octave of less is of no account
-_LEAST_MODES = 64  # of a band: isotropic ones of fewer modes have a ratio above 1.5 by chance
-_STRAIGHT = 1e6  # the largest ratio: straight grooves have no slope along them but rounding
+_UNEVEN = 1.25  # γ: above, T_flash along and across differs from the mean by more than 5 %
+_BY_SLOPES = 1.5  # γ, by the ratio of slopes, of isotropic maps of older scenes
+_LEAST_SHARE = 0.01  # of ⟨|∇h|²⟩ or of ⟨h²⟩: an octave of less is of no account
+_ROWS = 4.0  # degrees from a scan axis
 _KURTOSIS = 6.0  # isotropic Gaussian maps with few long waves reach 5.8
 _OUTLYING = 8.0  # rms heights: Gaussian maps have no point beyond, however large they are
 _TOPS = 0.05  # share of the points that are the highest
@@ -30,8 +31,8 @@ _INSTEAD = "`roughsim press` computes the map itself"
 class Texture(NamedTuple):
     """The texture of one map, in the order of the rows of `psd_texture` in a scene."""
 
-    ratio: float  # ratio of the rms slopes across and along the lay, ≥ 1, of all waves
-    angle: float  # of the lay, the direction of least slopes: radians from axis 0 towards axis 1, 0 ≤ angle < π
+    ratio: float  # γ of the correlation lengths along and across the lay, of waves with 95 % of ⟨h²⟩; 1 without evidence
+    angle: float  # of the lay: radians from axis 0 towards axis 1, 0 ≤ angle < π
     band_ratio: float  # the same of the octave of waves with the largest ratio; of all waves if no octave has enough
     band_angle: float
     band_low: float  # its wavenumbers, rad/m
@@ -40,10 +41,23 @@ class Texture(NamedTuple):
     kurtosis: float  # ⟨h⁴⟩/⟨h²⟩², 3 of Gaussian heights
     outlying: float  # share of the points beyond 8 rms heights
     slope_of_tops: float  # rms slope of the highest 5 % of the points over the rms slope of all, 1 of Gaussian heights
+    evidence: float  # log-likelihood of the lay over isotropy
+
+    @classmethod
+    def of_row(cls, row: list[float]) -> "Texture":
+        """Return the texture of a row of a scene; TypeError for another count.
+
+        Rows of older scenes lack the evidence: there the slopes gave γ, up to 1.5 of isotropic maps.
+        """
+        if len(row) == len(cls._fields) - 1:
+            row = [*row, 0.0]
+            for ratio in (0, 2):
+                row[ratio] = 1.0 if 1.0 < row[ratio] <= _BY_SLOPES else row[ratio]
+        return cls(*row)
 
     @property
     def isotropic(self) -> bool:
-        """Whether slopes are as steep in all directions, within `_UNEVEN`."""
+        """Whether nothing shows a lay that counts, above `_UNEVEN`."""
         return max(self.ratio, self.band_ratio) <= _UNEVEN
 
     @property
@@ -58,15 +72,21 @@ class Texture(NamedTuple):
         """The angle of the lay, radians: of the octave with the largest ratio if that alone is uneven."""
         return self.angle if self.ratio > _UNEVEN or self.isotropic else self.band_angle
 
-    def slopes(self) -> str:
+    def waves(self) -> str:
         """Return the lay in words."""
-        text = f"slopes {self.ratio:.2g} times as steep across as along {_in_degrees(self.angle)}"
+        text = f"waves {self.ratio:.2g} times as long along {_in_degrees(self.angle)} as across"
         if f"{self.ratio:.2g}" == "1":
-            text = "slopes as steep in all directions"
-        if self.band_ratio > max(_UNEVEN, self.ratio):
+            text = "waves as long in all directions"
+        if self.band_ratio > _UNEVEN * self.ratio:
             waves = f"waves of {2e6 * pi / self.band_high:.2g} to {2e6 * pi / self.band_low:.2g} µm"
             text += f", {self.band_ratio:.2g} times along {_in_degrees(self.band_angle)} in {waves}"
         return text
+
+    @property
+    def of_instrument(self) -> bool:
+        """Whether rows of the instrument may make the lay, as it is along a scan axis."""
+        from_axis = (degrees(self.lay) + 45.0) % 90.0 - 45.0
+        return not self.isotropic and abs(from_axis) <= _ROWS
 
     def heights(self) -> str:
         """Return the distribution of the heights in words."""
@@ -84,8 +104,15 @@ class Texture(NamedTuple):
             yield Remark(
                 "caution",
                 f"isotropy of [{face}]",
-                f"the map of [{face}] is not isotropic: {self.slopes()}, above {_UNEVEN:g}; {DRAWN}, and T_flash "
+                f"the map of [{face}] is not isotropic: {self.waves()}; {DRAWN}, and T_flash "
                 f"differs between the directions of sliding; {_INSTEAD}, and gives T_flash along and across the lay",
+            )
+        if self.of_instrument:
+            yield Remark(
+                "caution",
+                f"rows of [{face}]",
+                f"the lay of [{face}] is within {_ROWS:g}° of a scan axis: if its lines are rows of the instrument and "
+                "no grooves, level them row by row before",
             )
         if not self.gaussian:
             write_nan = f"; if the points beyond {_OUTLYING:g} rms are spikes of the instrument, write nan for them"
@@ -108,8 +135,8 @@ def _in_degrees(angle: float) -> str:
 def texture_of(heights: Array, grid: Grid, *, periodic: bool, reliable: float = np.inf) -> Texture:
     """Return the texture of a map without mean and tilt.
 
-    Slopes include all waves that the map resolves alike in all directions, up to the lower of its two Nyquist
-    wavenumbers, and of the periodic part of the map. So neither edges nor oblong pixels make a lay.
+    Waves count that the map resolves alike in all directions, up to the lower of its two Nyquist wavenumbers, of the
+    periodic part of the map. So neither edges nor oblong pixels make a lay.
 
     Parameters
     ----------
@@ -123,55 +150,20 @@ def texture_of(heights: Array, grid: Grid, *, periodic: bool, reliable: float = 
         Wavenumber up to which the instrument resolves, rad/m.
     """
     modes = np.fft.rfft2(heights if periodic else periodic_part(heights))
-    power = (modes.real**2 + modes.imag**2) * grid.multiplicity
-    whole, octaves = lays(power, grid, min(grid.nyquist, reliable))
-    steepest = max(octaves, key=lambda octave: octave[0], default=whole)
+    power = modes.real**2 + modes.imag**2
+    whole, octaves = lays_of(power, grid, min(grid.nyquist, reliable), _LEAST_SHARE)
+    other = max(octaves, default=whole)
     standard = heights - heights.mean()
     standard = standard / np.sqrt(np.mean(standard**2))
     return Texture(
         *whole[:2],
-        *steepest,
+        *other[:4],
         skewness=float(np.mean(standard**3)),
         kurtosis=float(np.mean(standard**4)),
         outlying=float(np.mean(np.abs(standard) > _OUTLYING)),
         slope_of_tops=slope_of_tops(heights, grid),
+        evidence=whole.evidence,
     )
-
-
-_OneLay = tuple[float, float, float, float]  # ratio, angle, and the lowest and highest wavenumber
-
-
-def lays(power: Array, grid: Grid, q_max: float) -> tuple[_OneLay, list[_OneLay]]:
-    """Return the lay of all waves up to `q_max`, rad/m, and the lays of octaves with enough modes.
-
-    `power` is |h(q⃗)|² at the modes of `grid.half_shape`, times their multiplicity.
-    """
-    q = grid.wavenumbers
-    qx, qy = (np.broadcast_to(component, q.shape) for component in grid.wavevectors)
-    inside = (q > 0.0) & (q <= q_max * (1 + 1e-9))
-    weighted = power[inside]
-    count = np.broadcast_to(grid.multiplicity, q.shape)[inside]
-    octave = np.floor(np.log2(q_max / q[inside]) + 1e-9).astype(np.intp)
-    # ⟨∇h ∇hᵀ⟩ of each octave, up to a common factor
-    products = [(qx * qx)[inside], (qx * qy)[inside], (qy * qy)[inside]]
-    sums = np.stack([np.bincount(octave, part * weighted) for part in products], axis=1)
-    modes = 0.5 * np.bincount(octave, count)
-    slopes = sums[:, 0] + sums[:, 2]
-    heights = np.bincount(octave, weighted)
-    steep = slopes > LEAST_SHARE * slopes.sum()
-    high = heights > LEAST_SHARE * heights.sum()
-    enough = np.flatnonzero((steep | high) & (modes >= _LEAST_MODES)).tolist()
-    octaves = [(*_principal_axes(*sums[k]), q_max * 0.5 ** (k + 1), q_max * 0.5**k) for k in enough]
-    whole = *_principal_axes(*sums.sum(axis=0)), float(q[inside].min()), q_max
-    return whole, octaves
-
-
-def _principal_axes(xx: float, xy: float, yy: float) -> tuple[float, float]:
-    """Return the ratio of the rms slopes across and along, and the angle of the axis along, of ⟨∇h ∇hᵀ⟩."""
-    mean, apart = 0.5 * (xx + yy), float(np.hypot(0.5 * (xx - yy), xy))
-    ratio = float(np.sqrt((mean + apart) / max(mean - apart, (mean + apart) / _STRAIGHT**2)))
-    across = 0.5 * float(np.arctan2(2.0 * xy, xx - yy))  # of the larger eigenvalue
-    return ratio, (across + 0.5 * pi) % pi
 
 
 def slope_of_tops(heights: Array, grid: Grid) -> float:
