@@ -6,7 +6,7 @@ log-likelihood (Whittle). For each γ and angle C(q′) is free: the mean of |h|
 """
 
 from math import exp, log, pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -103,9 +103,9 @@ def _fitted(begin: Array, modes: _Modes, low: float, high: float) -> Lay:
 
     some = modes.thinned(_ENOUGH_MODES)
     simplex = begin + np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.2]])
-    options = {"initial_simplex": simplex, "xatol": 5e-3, "fatol": 5e-2}
+    options: Any = {"initial_simplex": simplex, "xatol": 5e-3, "fatol": 5e-2}
     best = minimize(
-        lambda stretch: _loss(stretch, some), begin, method="Nelder-Mead", options=options
+        lambda stretch: _loss(stretch, some), begin.ravel(), method="Nelder-Mead", options=options
     )
     evidence = max(_loss(np.zeros(2), some) - float(best.fun), 0.0)
     evident = evidence > _EVIDENT and some.ln_q.size >= _LEAST_MODES
