@@ -13,7 +13,7 @@ twin, of the same waves without a lay and with the modulus E_eff of the law: pix
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import inf, pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -153,12 +153,14 @@ def solve(face: Face, members: int, points: int) -> dict[str, Any]:
         }
         for key in ("contact", "yielded", "variance"):
             row[name][key] = float(np.mean([each[key] for each in all_of]))
+        row[name]["modulus"] = modulus
     return row
 
 
 def compared(face: Face, row: dict[str, Any], stress: lay.LayStress) -> dict[str, Any]:
     """Return ln of law over simulation, (directions, speeds), as it is and beside that of the twin."""
-    twin = lay.LayStress(stress.stress_spectrum, 1.0, 0.0)
+    modulus = row["twin"]["modulus"]
+    twin = lay.LayStress(replace(stress.stress_spectrum, effective_modulus=modulus), 1.0, modulus)
     raw = np.log(face.law(stress) / row["face"]["flash"])
     plain = np.log(face.law(twin) / np.mean(row["twin"]["flash"], axis=0))
     return {"raw": raw, "lay": raw - plain, "twin": plain[0]}
@@ -176,7 +178,7 @@ def line(k: int, face: Face, row: dict[str, Any], stress: lay.LayStress) -> str:
     mine = f"{law.contact_fraction:.3f} {law.plastic_fraction / law.contact_fraction:.2f}"
     variance = float(pressure_correlation(0.0, stress_spectrum=law)) / one["variance"]
     return (
-        f"{k:2} γ {face.lay:5.2f} H {face.hurst:.2f} A, A_pl/A {areas} law {mine} η {stress.exponent:.2f} "
+        f"{k:2} γ {face.lay:5.2f} H {face.hurst:.2f} A, A_pl/A {areas} law {mine} "
         f"g(0) {variance:.2f} | {text(off['raw'])} | {text(off['lay'])} | {text(off['twin'])}"
     )
 

@@ -8,16 +8,18 @@ the grooves. So C(q) is that of the isotropic face at q′ = (q_x√γ, q_y/√�
 In the stretched frame contact is taken to be isotropic. Its modulus is E* times a mean of m over directions: the
 geometric one, e₀ = (√γ + 1/√γ)/2, of light contact, and the quadratic one, e₂ = √((γ + 1/γ)/2), of full contact,
 
-    E_eff = E*[e₀ + (e₂ − e₀) A_el/A₀].
+    E_eff = E*[e₀ + (e₂ − e₀) sin(πA_el/2A₀)].
 
-The stress of the calibrated law with E_eff has the weight m^(2η) over its mean in each direction,
+A wave meets the half-space and, in series, the interface of the finer waves, whose compliance ⟨c⟩ is that of
+`theory.interface`. So its pressure changes with its direction as r = m/(1 + m⟨c⟩E*q′/2): as m in full contact, and not
+at all where all has yielded, as a hardness knows no direction. With the share s of |σ_q′|² that waves make at their own
+wavenumber, the rest beside it, the calibrated law with E_eff has in each direction the weight
 
-    η = ½ √(A_el/A) (1 + A_el/A₀):
+    w(q′, φ) = s r²/⟨r²⟩ + (1 − s) r^ANSWER/⟨r^ANSWER⟩,    ⟨⟩ the mean over φ.
 
-1 in full contact, where σ_q = E*|q|h_q/2; 0 where all has yielded, as a hardness knows no direction. In the direction
-θ of sliding, with λ² = q² − iq·v/D,
+In the direction θ of sliding, with λ² = q² − iq·v/D,
 
-    T_flash = (μv/κσ₀) ∫ |σ_q′|² m^(2η)/⟨m^(2η)⟩ Re[erf√(λ²Dt)/λ] d²q′,   t the time since the start from rest.
+    T_flash = (μv/κσ₀) ∫ |σ_q′|² w Re[erf√(λ²Dt)/λ] d²q′,   t the time since the start from rest.
 
 Source: docs/lay.md, which compares it with simulations.
 """
@@ -26,7 +28,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import atan2, cos, hypot, inf, pi, sin, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -36,13 +38,17 @@ from theory.arguments import Array, SpectrumLike, positive, real_array
 from theory.camera import FADED, erfc_root, fade, growing
 from theory.clipped.field import law_of
 from theory.flash import HeatSource, formula_of, heat_source
+from theory.scattering import ANSWER
 from theory.skin import BodyLayers, Skin, along_waves, steady_rise, surface_response
+from theory.yielding import YieldingSpectrum
 
 __all__ = ["LayStress", "flash_gradient", "flash_laplacian", "flash_temperature", "stress_of_lay"]
 
 Complex = NDArray[np.complex128]
 _POINTS, _WEIGHTS = legendre.leggauss(10)  # of a panel of the angle
-_ALL: Array = np.linspace(0.0, pi, 512, endpoint=False)  # directions over half a turn
+_ALL = np.linspace(
+    pi / 512, pi / 2 - pi / 512, 128
+)  # directions of waves; the others are mirror images
 _ACCURACY = 1e-5  # of the mean of m in E_eff
 _SOONER = 3.0  # oscillations fade at a third of the phase of a picture: sharp ends of C(q) leave 2e-4 open
 _FADED = FADED / _SOONER  # rad
@@ -50,35 +56,57 @@ _TURN, _TURNS = 8.0, 14  # phase over a panel of q′, rad, and panels of the an
 _FAINT = 20.0  # e^(−20) is nothing
 
 
+class Weighted(Protocol):
+    """A stress with a lay, such as `LayStress`."""
+
+    @property
+    def stress_spectrum(self) -> SpectrumLike:
+        """|σ_q′|², Pa² m², with `breaks`."""
+
+    @property
+    def lay(self) -> float:
+        """The lay γ."""
+
+    def own_share(self, q: Array) -> Array:
+        """Return s at q′, rad/m, elementwise."""
+
+    def response(self, q: Array, ratio: Array) -> Array:
+        """Return r at q′, rad/m, and the ratio m; arrays that broadcast."""
+
+
 @dataclass(frozen=True, slots=True)
 class LayStress:
-    """The stress of a face with a lay: that of isotropic contact in the stretched frame, and its weight m^(2η).
+    """The stress of a face with a lay, by the calibrated law.
 
     Parameters
     ----------
     stress_spectrum : callable
-        |σ_q′|², Pa² m², with `breaks`.
+        |σ_q′|² of isotropic contact in the stretched frame, Pa² m², with `breaks` and the areas of contact.
     lay : float
         γ, the correlation length along the grooves over that across.
-    exponent : float
-        η, from 0 to 1.
+    effective_modulus : float
+        E*, Pa: that of `stress_spectrum` is E_eff.
     """
 
-    stress_spectrum: SpectrumLike
+    stress_spectrum: YieldingSpectrum
     lay: float
-    exponent: float
+    effective_modulus: float
+
+    def own_share(self, q: Array) -> Array:
+        """Return the share s of |σ_q′|² that waves make at their own wavenumbers, rad/m."""
+        return self.stress_spectrum.own_share(q)
+
+    def response(self, q: Array, ratio: Array) -> Array:
+        """Return r of waves of q′, rad/m, whose true wavenumber is `ratio` times as large."""
+        series = self.stress_spectrum.compliance(q) * self.effective_modulus * q / 2
+        return np.asarray(ratio / (1 + ratio * series))
 
 
 def stiffening(lay: float, elastic_fraction: float) -> float:
     """Return E_eff/E* of contact whose share A_el/A₀ of the nominal area is elastic."""
     light = (sqrt(lay) + 1 / sqrt(lay)) / 2
     full = sqrt((lay + 1 / lay) / 2)
-    return light + (full - light) * elastic_fraction
-
-
-def exponent(contact_fraction: float, elastic_fraction: float) -> float:
-    """Return η of contact with the shares A/A₀ and A_el/A₀ of the nominal area, from 0 to 1."""
-    return sqrt(elastic_fraction / contact_fraction) * (1 + elastic_fraction) / 2
+    return light + (full - light) * sin(pi / 2 * elastic_fraction)
 
 
 def stress_of_lay(
@@ -124,12 +152,11 @@ def stress_of_lay(
             nominal_pressure=nominal_pressure,
             penetration_hardness=penetration_hardness,
         )
-        touching, yielded = law.contact_fraction, law.plastic_fraction
-        elastic = touching - yielded
-        next_factor = stiffening(ratio, elastic)
-        if abs(next_factor - factor) <= _ACCURACY * factor or abs(next_factor - factor) >= last:
-            return LayStress(law, ratio, exponent(touching, elastic))
-        factor, last = next_factor, abs(next_factor - factor)
+        following = stiffening(ratio, law.contact_fraction - law.plastic_fraction)
+        change = abs(following - factor)
+        if change <= _ACCURACY * factor or change >= last:
+            return LayStress(law, ratio, modulus)
+        factor, last = following, change
 
 
 class _Wave(NamedTuple):
@@ -137,7 +164,7 @@ class _Wave(NamedTuple):
 
     square: Array  # m²
     along: Array  # q·v/(q′v)
-    share: Array  # of the stress, times the width of the node: the sum over half a turn is 1
+    share: Array  # of the stress, times the width of the node over half a turn
 
 
 Part = Callable[[_Wave], Array | Complex]
@@ -159,10 +186,12 @@ def _laplacian(wave: _Wave) -> Array:
 class _Face:
     """A face with a lay that slides in one direction over a body."""
 
-    stress: LayStress
+    stress: Weighted
     direction: float
     drift: float  # v/D, 1/m
     layers: BodyLayers | None
+    part: Part  # of q′κT/q̇ of a wave
+    power: float  # of r
 
     @property
     def _velocity(self) -> tuple[float, float]:
@@ -173,24 +202,29 @@ class _Face:
         return ux / sqrt(self.stress.lay), uy * sqrt(self.stress.lay)
 
     @property
-    def resting(self) -> float:
+    def _resting(self) -> float:
         """The direction of q′, rad, in which q·v = 0."""
         along, across = self._velocity
         return atan2(-along, across)
 
-    def wave(self, angle: Array, width: Array) -> _Wave:
-        """Return the waves at `angle`, rad, from `resting`, and of some `width` of these angles."""
-        lay, power = self.stress.lay, self.stress.exponent
-        square = _square(self.resting + angle, lay)
-        mean = float(np.mean(_square(_ALL, lay) ** power))
-        share = square**power / mean * width / pi
+    def _wave(self, q: Array, angle: Array, width: Array) -> _Wave:
+        """Return the waves of q′ (n, 1) at `angle`, rad, from `_resting`, and of some `width` of these angles."""
+        lay = self.stress.lay
+        square = _square(self._resting + angle, lay)
+        mean = np.mean(self._response(q, _square(_ALL, lay)), axis=1, keepdims=True)
+        share = self._response(q, square) / mean * width / pi
         return _Wave(square, hypot(*self._velocity) * np.sin(angle), share)
 
-    def mean(self, q: Array, part: Part) -> Array:
-        """Return the mean of a part of q′κT/q̇ over directions, steady, at q′ (n,)."""
+    def _response(self, q: Array, square: Array) -> Array:
+        return self.stress.response(q, np.sqrt(square)) ** self.power
+
+    def mean(self, q: Array) -> Array:
+        """Return the mean of the part over directions, steady, at q′ (n,)."""
         layers, waves = self.layers, q[:, None]
         steep = abs(self.drift) / float(q.min())
-        wave = self.wave(*self._nodes(steep * (max(1.0, layers.diffusion) if layers else 1.0)))
+        wave = self._wave(
+            waves, *self._nodes(steep * (max(1.0, layers.diffusion) if layers else 1.0))
+        )
         advection = self.drift * waves * wave.along
         length = waves * np.sqrt(wave.square)
         if layers is None:
@@ -198,44 +232,44 @@ class _Face:
             response: Complex = length / root
         else:
             response = surface_response(length, advection, layers)
-        return np.asarray((response * part(wave) / np.sqrt(wave.square)).real @ wave.share)
+        mean = (response * self.part(wave) / np.sqrt(wave.square)).real * wave.share
+        return np.asarray(mean.sum(axis=1))
 
     def _nodes(self, steep: float) -> tuple[Array, Array]:
-        """Return angles from `resting` over half a turn, dense there and along the grooves, and their widths."""
+        """Return angles from `_resting` over half a turn, dense there and along the grooves, and their widths."""
         lay = self.stress.lay
-        narrow = float(_square(np.array(self.resting), lay)) / hypot(*self._velocity)
+        narrow = float(_square(np.array(self._resting), lay)) / hypot(*self._velocity)
         at_rest = growing(min(1.0, narrow / steep if steep else 1.0), pi / 2)
-        grooves = growing(1 / lay, pi / 2)
-        grooves = np.append(-grooves, grooves) - self.resting
+        grooves = growing(1 / max(lay, 1 / lay), pi / 2)
+        grooves = np.append(-grooves, grooves) - self._resting
         turned = (grooves + pi / 2) % pi - pi / 2
         return _panels(np.unique(np.concatenate([-at_rest, at_rest, turned])))
 
-    def missing(self, q: Array, spread: float, part: Part) -> Array:
+    def missing(self, q: Array, spread: float) -> Array:
         """Return what the start from rest, since which D t is `spread`, takes off `mean` at q′ (n,), rising.
 
         It is of long waves, which heat the body deeper than its layers.
         """
         phase = q * hypot(*self._velocity) * abs(self.drift) * spread  # q·v t, the most
-        block = np.floor(np.log(np.minimum(phase, _TURN))) + np.floor(
-            np.clip(phase, _TURN, _FADED) / _TURN
-        )
+        block = np.floor(np.log(np.minimum(phase, _TURN)))
+        block += np.floor(np.clip(phase, _TURN, _FADED) / _TURN)
         block += np.floor(np.log(np.maximum(phase, _FADED)))
-        late = np.zeros(q.size)
+        late, lay = np.zeros(q.size), max(self.stress.lay, 1 / self.stress.lay)
         for at in np.split(np.arange(q.size), np.flatnonzero(np.diff(block)) + 1):
-            if q[at[0]] ** 2 * spread < _FAINT * self.stress.lay:
-                late[at] = along_waves(q[at], partial(self._late, spread=spread, part=part))
+            if q[at[0]] ** 2 * spread < _FAINT * lay:
+                late[at] = along_waves(q[at], partial(self._late, spread=spread))
         return late
 
-    def _late(self, q: Array, spread: float, part: Part) -> Array:
+    def _late(self, q: Array, spread: float) -> Array:
         turned = abs(self.drift) * spread * q[:, None]
         last = np.arcsin(np.minimum(_FADED / (hypot(*self._velocity) * turned), 1.0))
         half = np.append(growing(1e-6, 1 / _TURNS)[:-1], np.linspace(1 / _TURNS, 1.0, _TURNS))
         angle, width = _panels(np.append(-half[:0:-1], half))
-        wave = self.wave(last * angle, last * width)
+        wave = self._wave(q[:, None], last * angle, last * width)
         square: Complex = np.asarray(wave.square - 1j * (self.drift * wave.along / q[:, None]))
         late: Complex = erfc_root((q[:, None] ** 2 * spread) * square) / np.sqrt(square)
         late *= fade(np.abs(wave.along) * turned * _SOONER)
-        return np.asarray(((late * part(wave)).real * wave.share).sum(axis=1))
+        return np.asarray(((late * self.part(wave)).real * wave.share).sum(axis=1))
 
 
 def _square(angle: Array, lay: float) -> Array:
@@ -253,27 +287,32 @@ class _Sliding(NamedTuple):
     """Faces with a lay that slide; arrays of one shape, that of the result."""
 
     source: HeatSource
-    faces: list[_Face]
+    stress: Weighted
+    directions: list[float]
+    drifts: list[float]
     spreads: list[float]  # D t since the start from rest, m², ∞ of steady sliding
 
     def integral(self, part: Part, power: int) -> Array:
         """Return ∫ s(q′) q′^power ⟨part⟩ dq′, the mean over directions, times the factor of the heating."""
-        source = self.source
-        density = source.stress
-        q, moment = density.wavenumber(), density.weighted()
-        found = []
-        for face, spread in zip(self.faces, self.spreads, strict=True):
-            mean = along_waves(q, partial(face.mean, part=part))
-            if spread < inf:
-                mean = mean - face.missing(q, spread, part)
-            found.append(float(moment * q**power @ mean))
+        source, stress = self.source, self.stress
+        q, moment = source.stress.wavenumber(), source.stress.weighted()
+        own, found = stress.own_share(q), []
+        for one in zip(self.directions, self.drifts, self.spreads, strict=True):
+            total = 0.0
+            for share, exponent in ((own, 2.0), (1 - own, ANSWER)):
+                face = _Face(stress, *one[:2], source.body.layers, part, exponent)
+                mean = along_waves(q, face.mean)
+                if one[2] < inf:
+                    mean = mean - face.missing(q, one[2])
+                total += float(moment * share * q**power @ mean)
+            found.append(total)
         return np.asarray(source.heating * np.reshape(found, source.velocity.shape))
 
 
 def _sliding(
     speed: ArrayLike,
     direction: ArrayLike,
-    stress: LayStress,
+    stress: Weighted,
     *,
     nominal_pressure: float,
     friction_coefficient: float,
@@ -311,11 +350,7 @@ def _sliding(
     for spread in spreads:
         if layers is not None and spread < inf:
             steady_rise(layers, spread, "slid_distance")  # refuses a start not long ago
-    faces = [
-        _Face(stress, theta, drift, layers)
-        for theta, drift in zip(angle.ravel().tolist(), drifts, strict=True)
-    ]
-    return _Sliding(source, faces, spreads)
+    return _Sliding(source, stress, angle.ravel().tolist(), drifts, spreads)
 
 
 @formula_of(_sliding)

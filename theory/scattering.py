@@ -47,6 +47,7 @@ class Scattering(NamedTuple):
 
     coherent: ScatteringTable  # |σ_q|²/[(E*q/2)² C]
     sidebands: ScatteringTable  # |σ_Q|², Pa² m²
+    compliance: tuple[Array, Array]  # ln q, rising, and ⟨c⟩ of the interface there, m/Pa
 
 
 def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
@@ -69,10 +70,11 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     own = mean**2 / whole  # before the response g, coherent part and sidebands add up to the growth
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
     sides = beside(x, own, uneven / whole[:, None], grid)
-    soft = np.maximum(mean / square - 2 / (modulus * q), 0.0)[:, None]
-    compliance = soft + 2 / (modulus * q[:, None])  # 1/g(q)
+    compliance = np.maximum(mean / square - 2 / (modulus * q), 0.0)
+    soft = compliance[:, None]
+    compliance_own = soft + 2 / (modulus * q[:, None])  # 1/g(q)
     compliance_beside = soft + 2 / (modulus * np.exp(grid))  # 1/g(Q)
-    response = (compliance / compliance_beside) ** ANSWER
+    response = (compliance_own / compliance_beside) ** ANSWER
     change = 2 * np.sum(sides * (response - 1), axis=1) / own
     factor = np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
     kept = own * grown * factor
@@ -83,7 +85,8 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
     weight = np.concatenate([weight[:1], weight, weight[-1:]])
     sidebands = grown @ (sides * response**2)
-    return Scattering(ScatteringTable(ends, values, weight), _density(grid, sidebands))
+    coherent = ScatteringTable(ends, values, weight)
+    return Scattering(coherent, _density(grid, sidebands), (x, compliance))
 
 
 def middle(values: Array) -> Array:

@@ -295,6 +295,7 @@ class _Law(NamedTuple):
     highest: float  # σ_P, or a pressure that no point reaches, Pa
     coherent: Spline  # of ln q: the logarithms of `Scattering`
     sidebands: Spline
+    compliance: tuple[Array, Array]  # of `Scattering`
 
 
 class _Balance(NamedTuple):
@@ -340,8 +341,9 @@ class YieldingSpectrum:
             mean = float(diffusion.pressure @ diffusion.probability[0])
             highest = float(diffusion.pressure[-1])
         first = log(breaks_of(self.spectrum)[0])
-        tables = scatter(diffusion, self.effective_modulus)
-        return _Law(mean, highest, *(_smooth(table, first) for table in tables))
+        found = scatter(diffusion, self.effective_modulus)
+        coherent, beside = (_smooth(each, first) for each in (found.coherent, found.sidebands))
+        return _Law(mean, highest, coherent, beside, found.compliance)
 
     @cached_property
     def _balance(self) -> _Balance:
@@ -393,14 +395,28 @@ class YieldingSpectrum:
     def _of_waves(self, q: Array) -> Array:
         """Return |σ_q|² without the tail of the edges, nor the limit of force balance."""
         ends = breaks_of(self.spectrum)
-        result = np.zeros(q.shape)
+        result = self._of_own(q)
         beside = (q >= self.breaks[0]) & (q <= np.exp(self._law.sidebands.knots[-1]))
-        result[beside] = np.exp(self._law.sidebands(np.log(q[beside])))
-        inside = (q >= ends[0]) & (q <= ends[-1])
-        full = (self.effective_modulus * q[inside] / 2) ** 2 * density(self.spectrum, q[inside])
-        result[inside] += full * np.exp(self._law.coherent(np.log(q[inside])))
+        result[beside] += np.exp(self._law.sidebands(np.log(q[beside])))
         result[(q > ends[-1]) & (q <= self.breaks[-1])] *= 1 - EDGE
         return result
+
+    def _of_own(self, q: Array) -> Array:
+        """Return |σ_q|² that waves make at their own wavenumber, before the limit of force balance."""
+        ends, result = breaks_of(self.spectrum), np.zeros(q.shape)
+        inside = (q >= ends[0]) & (q <= ends[-1])
+        full = (self.effective_modulus * q[inside] / 2) ** 2 * density(self.spectrum, q[inside])
+        result[inside] = full * np.exp(self._law.coherent(np.log(q[inside])))
+        return result
+
+    def own_share(self, q: Array) -> Array:
+        """Return the share of |σ_q|², from 0 to 1, that waves make at their own wavenumbers `q`, rad/m."""
+        whole, own = self(q), self._balance.scale * self._of_own(q)
+        return np.divide(own, whole, out=np.zeros(q.shape), where=whole > 0.0)
+
+    def compliance(self, q: Array) -> Array:
+        """Return the mean compliance ⟨c⟩ of the interface of the waves beyond `q`, rad/m, m/Pa."""
+        return np.interp(np.log(q), *self._law.compliance)
 
 
 def edges(x: Array, rim: float) -> Array:

@@ -7,7 +7,6 @@ import pytest
 from scipy.special import erf
 
 from theory import flash, lay
-from theory.lay import LayStress
 
 MU, KAPPA, DIFFUSIVITY, PRESSURE = 0.11, 30.0, 7.6e-6, 1e8
 HEAT = {
@@ -27,6 +26,21 @@ class Band:
 
     def __call__(self, q):
         return np.full(np.shape(q), 1e4)
+
+
+class Powered:
+    """A stress of which each direction has the share m^1.4."""
+
+    stress_spectrum = Band()
+
+    def __init__(self, lay):
+        self.lay = lay
+
+    def own_share(self, q):
+        return np.ones(np.shape(q))
+
+    def response(self, q, ratio):
+        return ratio**0.7 * np.ones(np.shape(q))
 
 
 def plane(gamma, direction):
@@ -66,7 +80,7 @@ RESPONSES = {
 @pytest.mark.parametrize("name", QUANTITIES)
 def test_the_sum_over_the_plane_of_waves(name, direction):
     speeds = [1e-3, -0.3, 35.0]
-    got = getattr(lay, name)(speeds, direction, LayStress(Band(), 4.0, 0.7), **HEAT)
+    got = getattr(lay, name)(speeds, direction, Powered(4.0), **HEAT)
     exact = [summed(v, direction, 4.0, lambda m: m**1.4, RESPONSES[name]) for v in speeds]
     np.testing.assert_allclose(got, exact, rtol=1e-8)
 
@@ -80,7 +94,7 @@ def test_waves_from_rest(direction):
             return erf(np.sqrt(root * spread)) / np.sqrt(root)
 
         exact = summed(speed, direction, 4.0, lambda m: m**1.4, young)
-        stress = LayStress(Band(), 4.0, 0.7)
+        stress = Powered(4.0)
         got = lay.flash_temperature(speed, direction, stress, **HEAT, slid_distance=slid)
         assert got == pytest.approx(exact, rel=accuracy)
 
@@ -90,13 +104,13 @@ def test_waves_from_rest(direction):
 def test_no_lay_is_the_isotropic_face(name, body):
     speeds = np.array([0.0, -2.0, 1e-3, 35.0, 1e7])
     exact = getattr(flash, name)(speeds, stress_spectrum=Band(), **HEAT, **body)
-    stress = LayStress(Band(), 1.0, 0.7)
+    stress = Powered(1.0)
     got = getattr(lay, name)(speeds, [[0.3], [pi / 2]], stress, **HEAT, **body)
     np.testing.assert_allclose(got, [exact, exact], rtol=1e-10 if not body else 1e-9)
 
 
 def test_grooves_turned_by_a_quarter():
-    along, across = (LayStress(Band(), gamma, 0.7) for gamma in (5.0, 0.2))
+    along, across = (Powered(gamma) for gamma in (5.0, 0.2))
     for body in ({}, SKIN, {"slid_distance": 1e-4}):
         one = lay.flash_temperature(35.0, 0.4, along, **HEAT, **body)
         other = lay.flash_temperature(35.0, pi / 2 - 0.4, across, **HEAT, **body)
@@ -106,7 +120,7 @@ def test_grooves_turned_by_a_quarter():
 
 
 def test_a_long_slide_is_steady():
-    stress = LayStress(Band(), 5.0, 0.7)
+    stress = Powered(5.0)
     for body in ({}, SKIN):
         steady = lay.flash_temperature(35.0, 0.4, stress, **HEAT, **body)
         far = lay.flash_temperature(35.0, 0.4, stress, **HEAT, **body, slid_distance=1.0)
@@ -133,16 +147,24 @@ def test_full_contact_is_that_of_the_waves():
     stress = lay.stress_of_lay(
         PowerLaw(), 4.0, effective_modulus=modulus, nominal_pressure=8 * sqrt(variance)
     )
-    assert stress.exponent == pytest.approx(1.0, abs=1e-9)
-    q = np.geomspace(2.1e4, 3.9e5, 5)
+    assert stress.stress_spectrum.contact_fraction == pytest.approx(1.0, abs=1e-9)
+    q, m = np.geomspace(2.1e4, 3.9e5, 5), np.linspace(0.5, 2.0, 4)
     exact = (modulus * q / 2) ** 2 * PowerLaw()(q) * (4 + 0.25) / 2
     np.testing.assert_allclose(stress.stress_spectrum(q), exact, rtol=2e-3)
+    np.testing.assert_allclose(stress.own_share(q), 1.0, atol=1e-6)
+    np.testing.assert_allclose(stress.response(q[:, None], m), np.tile(m, (5, 1)), rtol=1e-6)
 
 
 def test_a_hardness_knows_no_direction():
-    assert lay.exponent(0.2, 0.0) == 0.0
-    assert lay.exponent(1.0, 1.0) == 1.0
-    assert lay.exponent(1e-9, 1e-9) == pytest.approx(0.5)
+    stress = lay.stress_of_lay(
+        PowerLaw(), 7.0, effective_modulus=1e15, nominal_pressure=1e8, penetration_hardness=1e9
+    )
+    m = np.array([7**-0.5, 1.0, 7**0.5])
+    response = stress.response(np.array([[2.1e4], [4e5]]), m)
+    np.testing.assert_allclose(response / response[:, :1], 1.0, rtol=0.01)
+    law = stress.stress_spectrum
+    assert law.contact_fraction == pytest.approx(0.1, rel=1e-3)
+    assert law.plastic_fraction == pytest.approx(0.1, rel=1e-3)
 
 
 def test_the_modulus_of_waves_of_all_directions():
@@ -152,9 +174,8 @@ def test_the_modulus_of_waves_of_all_directions():
     assert lay.stiffening(7.0, 0.0) == pytest.approx(np.exp(np.log(m).mean()), rel=1e-12)
     assert lay.stiffening(7.0, 1.0) == pytest.approx(sqrt((m**2).mean()), rel=1e-12)
     assert lay.stiffening(1.0, 0.3) == 1.0
-    assert lay.stiffening(7.0, 0.5) * 2 == pytest.approx(
-        lay.stiffening(7.0, 0.0) + lay.stiffening(7.0, 1.0)
-    )
+    third = lay.stiffening(7.0, 1 / 3)  # sin 30°
+    assert third * 2 == pytest.approx(lay.stiffening(7.0, 0.0) + lay.stiffening(7.0, 1.0))
 
 
 def test_a_lay_below_one_is_refused():
