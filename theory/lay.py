@@ -93,11 +93,11 @@ class LayStress:
     effective_modulus: float
 
     def own_share(self, q: Array) -> Array:
-        """Return the share s of |σ_q′|² that waves make at their own wavenumbers, rad/m."""
+        """Return the share s of |σ_q′|² that waves make at their own wavenumbers `q`, rad/m."""
         return self.stress_spectrum.own_share(q)
 
     def response(self, q: Array, ratio: Array) -> Array:
-        """Return r of waves of q′, rad/m, whose true wavenumber is `ratio` times as large."""
+        """Return r of waves of `q`′, rad/m, whose true wavenumber is `ratio` times as large."""
         series = self.stress_spectrum.compliance(q) * self.effective_modulus * q / 2
         return np.asarray(ratio / (1 + ratio * series))
 
