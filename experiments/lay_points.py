@@ -2,8 +2,9 @@
 
     python experiments/lay_points.py [--draw] [--solve LIST] [--toy] [-o FOLDER]
 
-The lists, "tuned" and "judged", are in reference/lay_points.json and were committed before any was solved; `--draw`
-writes them anew. A third of a list is elastic. γ in 1.5 … 10, H in 0.3 … 1, A/A₀ in .03 … .9 by Persson's theory,
+The lists are in reference/lay_points.json and were committed before any was solved; `--draw` writes them anew. "tuned"
+chose the form of the law, "judged" was solved when it was committed, "beyond" later. A third of a list is elastic. γ in
+1.5 … 10, beyond in 10 … 20, H in 0.3 … 1, A/A₀ in .03 … .9 by Persson's theory,
 σ_P/E*h′ in .03 … 2, C(q) up to 6 … 32 q_min with a plateau of up to 4 q_min; faces outside the range of the calibrated
 law are drawn again. `--solve` adds to reference/lay_solved.json: for four members on 512² points, in cells of four
 longest waves, ⟨Tσ⟩/⟨σ⟩ from rest over half the chord at two speeds in three directions, and the areas. Beside them its
@@ -30,7 +31,12 @@ from theory import lay
 from theory.persson import pressure_correlation
 
 FOLDER = Path(__file__).parent / "reference"
-LISTS = {"tuned": (6101, 12), "judged": (6102, 30)}  # seed and number of faces
+# seed, number of faces, and lays
+LISTS = {
+    "tuned": (6101, 12, (1.5, 10.0)),
+    "judged": (6102, 30, (1.5, 10.0)),
+    "beyond": (6103, 12, (10.0, 20.0)),
+}
 POINTS, WAVES, MEMBERS = 512, 4, 4
 MODULUS, BODY = 1.1e11, {"conductivity": 30.0, "diffusivity": 7.6e-6}
 DIRECTIONS = (0.0, pi / 4, pi / 2)
@@ -76,13 +82,13 @@ class Face:
         return np.asarray(lay.flash_temperature(self.speeds, angles, stress, **heat, **BODY))
 
 
-def draw(rng: np.random.Generator, *, elastic: bool) -> Face:
+def draw(rng: np.random.Generator, lays: tuple[float, float], *, elastic: bool) -> Face:
     """Return a face, which may lie outside the range of the law."""
 
     def log(low: float, high: float) -> float:
         return float(f"{np.exp(rng.uniform(np.log(low), np.log(high))):.4g}")
 
-    gamma, area, slope = log(1.5, 10.0), log(0.03, 0.9), log(0.02, 0.3)
+    gamma, area, slope = log(*lays), log(0.03, 0.9), log(0.02, 0.3)
     steep = MODULUS * slope * lay.stiffening(gamma, area)
     pressure, hardness = steep / sqrt(2) * float(erfinv(area)), None
     if not elastic:
@@ -103,10 +109,10 @@ def draw(rng: np.random.Generator, *, elastic: bool) -> Face:
 
 def drawn(name: str) -> list[Face]:
     """Return the faces of a list, of which each third one is elastic."""
-    seed, count = LISTS[name]
+    seed, count, lays = LISTS[name]
     rng, faces = np.random.default_rng(seed), []
     while len(faces) < count:
-        face = draw(rng, elastic=len(faces) % 3 == 0)
+        face = draw(rng, lays, elastic=len(faces) % 3 == 0)
         try:
             face.stress()
         except ValueError:
