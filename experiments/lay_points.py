@@ -89,7 +89,8 @@ def draw(rng: np.random.Generator, lays: tuple[float, float], *, elastic: bool) 
         return float(f"{np.exp(rng.uniform(np.log(low), np.log(high))):.4g}")
 
     gamma, area, slope = log(*lays), log(0.03, 0.9), log(0.02, 0.3)
-    steep = MODULUS * slope * lay.stiffening(gamma, area)
+    light, full = (sqrt(gamma) + 1 / sqrt(gamma)) / 2, sqrt((gamma + 1 / gamma) / 2)
+    steep = MODULUS * slope * (light + (full - light) * area)
     pressure, hardness = steep / sqrt(2) * float(erfinv(area)), None
     if not elastic:
         hardness = float(f"{steep * log(0.03, 2.0):.4g}")
