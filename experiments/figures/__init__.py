@@ -7,6 +7,7 @@ from .contact import SOLVERS, contact_cost, contact_error
 from .coverage import coverage
 from .finite import finite_contact
 from .heat import heat
+from .lay import lay
 from .limits import limits_of_heat, limits_of_pixel, limits_of_solvers, limits_of_theory
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "coverage",
     "finite_contact",
     "heat",
+    "lay",
     "limits_of_heat",
     "limits_of_pixel",
     "limits_of_solvers",

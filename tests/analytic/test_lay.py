@@ -178,3 +178,8 @@ def test_the_modulus_of_waves_of_all_directions():
 def test_a_lay_below_one_is_refused():
     with pytest.raises(ValueError, match=r"lay = 0.5 must be 1 or more"):
         lay.stress_of_lay(PowerLaw(), 0.5, effective_modulus=1e11, nominal_pressure=1e9)
+
+
+def test_the_band_is_that_of_the_isotropic_law_and_grows():
+    assert lay.error_band(1.0, 0.05) == 0.05
+    assert lay.error_band(10.0, 0.08) == pytest.approx(0.1)
