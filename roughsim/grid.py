@@ -2,7 +2,7 @@
 
 import operator
 from dataclasses import dataclass
-from math import inf, pi
+from math import inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,6 +62,14 @@ class Grid:
                 f"lengths = {self.lengths[0]:.6g} and {self.lengths[1]:.6g} m have the ratio {ratio:.3g}; it must "
                 f"be at most {LONGEST:g}: beyond, waves along one side are lost beside those along the other"
             )
+
+    def stretched(self, lay: float) -> "Grid":
+        """Return the cell of the same points whose x is √lay times as long, and whose y is √lay times as short.
+
+        The heights of an isotropic surface on this grid are, on the stretched one, a surface with a lay along x.
+        """
+        x, y = self.lengths
+        return Grid(self.shape, (x * sqrt(lay), y / sqrt(lay)))
 
     @property
     def spacing(self) -> tuple[float, float]:

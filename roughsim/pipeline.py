@@ -42,7 +42,7 @@ class Problem:
     """
 
     spectrum: Spectrum  # C(q) that the surface is drawn from, m⁴, up to the cut-off of the level
-    grid: Grid
+    grid: Grid  # that the surface is drawn on, before its lay stretches it
     solid: Solid
     nominal_pressure: float  # σ₀, Pa
     sliding: HeatSource  # speeds, friction and the moving body, which takes up all the heat
@@ -58,6 +58,12 @@ class Problem:
         None  # after which the distribution of the temperature is taken; None: it is not
     )
     camera: Camera | None = None  # that looks at the temperature
+    lay: float = 1.0  # of the surface; its grooves run along x
+
+    @property
+    def cell(self) -> Grid:
+        """The grid of the surface, its contact and its temperature."""
+        return self.grid.stretched(self.lay)
 
     @property
     def memory(self) -> float:
@@ -94,7 +100,7 @@ def solve_problem(
     start.
     """
     with linear_algebra().limit(limits=problem.threads):
-        began = time.perf_counter()
+        began, cell = time.perf_counter(), problem.cell
         peaks = 0.0
         if heights is None:
             if before is not None and _same_but(problem, before[0], _CONTACT_KEYS):
@@ -114,7 +120,7 @@ def solve_problem(
         else:
             contact = loaded("solvers", problem.solver)(
                 heights,
-                problem.grid,
+                cell,
                 problem.solid,
                 nominal_pressure=problem.nominal_pressure,
                 tolerance=problem.tolerance,
@@ -122,12 +128,12 @@ def solve_problem(
                 **({"start": start} if problem.takes_start else {}),
             )
         solved = time.perf_counter()
-        moments = measure(contact, problem.grid, problem.sliding)
+        moments = measure(contact, cell, problem.sliding)
         distribution = None
         if problem.distribution is not None:
             distribution = temperature_distribution(
                 contact.pressure,
-                problem.grid,
+                cell,
                 problem.sliding,
                 moments.flash_temperature,
                 problem.distribution,
@@ -135,10 +141,10 @@ def solve_problem(
         seen = None
         if problem.camera is not None:
             pressure, spectrum = contact.pressure, moments.stress_spectrum
-            seen = hottest_of(pressure, problem.grid, spectrum, problem.sliding, problem.camera)
+            seen = hottest_of(pressure, cell, spectrum, problem.sliding, problem.camera)
         measured = time.perf_counter()
     return Solution(
-        grid=problem.grid,
+        grid=cell,
         heights=heights,
         contact=contact,
         observables=moments,

@@ -8,7 +8,7 @@ depend on the speed has the one speed NaN, which files leave out.
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from math import isnan
+from math import degrees, isnan
 from operator import itemgetter
 from typing import Any
 
@@ -179,6 +179,20 @@ class Estimate:
         alike = "speed" in self.dims and bool(np.isnan(self.coords["speed"]).all())
         return self.sel(speed=np.nan) if alike else self
 
+    def by_direction(self, directions: Sequence[float]) -> "Estimate":
+        """Return the estimate with the axis speed, which has all speeds in each direction, as two axes.
+
+        `directions` are in radians. What does not depend on the speed is unchanged; so is all without directions.
+        """
+        speed = self.coords.get("speed", _NO_SPEED)
+        if not len(directions) or "direction" in self.dims or np.isnan(speed).any():
+            return self
+        coords = {dim: labels for dim, labels in self.coords.items() if dim != "speed"}
+        coords["direction"] = np.array(directions)
+        coords["speed"] = speed[: speed.size // len(directions)]
+        shape = [len(labels) for labels in coords.values()]
+        return self._mapped(lambda values: np.reshape(values, shape), coords)
+
     def times(self, factor: Array | float) -> "Estimate":
         """Return the estimate of a product with an exact factor, such as a share of the heat."""
         budget = {name: part * np.abs(factor) for name, part in self.budget.items()}
@@ -224,23 +238,28 @@ class Estimate:
         error = float(self.total_error[place]) if self.stated[place] else 0.0
         return Number(float(self.mean[place]), self.unit, error, self.unknown_at(*place))
 
-    def parts(self, k: int, names: Iterable[str] | None = None) -> list[Number]:
-        """Return the parts of the error of entry k, and the value at the finest level minus the mean, for tables.
+    def parts(self, place: tuple[int, ...], names: Iterable[str] | None = None) -> list[Number]:
+        """Return the parts of the error of an entry, and the value at the finest level minus the mean, for tables.
 
         `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
         """
         nothing = np.zeros_like(self.mean)
-        errors = [float(self.budget.get(name, nothing)[k]) for name in names or self.budget]
-        return [Number(error, self.unit, digits=2) for error in (*errors, float(self.bias[k]))]
+        errors = [float(self.budget.get(name, nothing)[place]) for name in names or self.budget]
+        errors.append(float(self.bias[place]))
+        return [Number(error, self.unit, digits=2) for error in errors]
+
+    def heads(self, place: tuple[int, ...]) -> dict[str, str]:
+        """Return direction and speed of an entry as `heads_of`."""
+        return heads_of(self.labels(place))
 
     def table(self) -> Table:
         """Return the mean with its total error and the parts of the error, a row per speed."""
-        titles = ["mean ± total error", *self.budget, "finest − mean"]
-        rows: list[Row] = [[self.number(k), *self.parts(k)] for k in range(len(self.mean))]
-        if not np.isnan(self.coords["speed"]).any():
-            titles = ["speed, m/s", *titles]
-            speeds = self.coords["speed"]
-            rows = [[f"{speed:g}", *row] for speed, row in zip(speeds, rows, strict=True)]
+        places = [*np.ndindex(self.mean.shape)]
+        titles = [*self.heads(places[0]), "mean ± total error", *self.budget, "finest − mean"]
+        rows: list[Row] = [
+            [*self.heads(place).values(), self.number(*place), *self.parts(place)]
+            for place in places
+        ]
         columns = [Column(title, number=True) for title in titles]
         title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
         sources = (f"{name}: {self.sources[name]}" for name in self.budget)
@@ -258,16 +277,18 @@ class Estimate:
     def explain(self) -> str:
         """Explain the source of each part of the error."""
         lines, (unit, factor) = [], shown(self.unit)
-        for k in range(len(self.mean)):
+        for place in np.ndindex(self.mean.shape):
             known = {
-                name: part[k] * factor for name, part in self.budget.items() if np.isfinite(part[k])
+                name: part[place] * factor
+                for name, part in self.budget.items()
+                if np.isfinite(part[place])
             }
             parts = ", ".join(f"{name} {part:.2g}" for name, part in known.items())
             lines.append(
-                f"{self.number(k)} {unit}".rstrip()
+                f"{self.number(*place)} {unit}".rstrip()
                 + f": {parts}; n = {self.n} realizations of the lowest "
-                f"level; interval with {self.effective_n[k] - 1:.3g} degrees of freedom; value at the finest level "
-                f"{self.bias[k] * factor:+.2g}"
+                f"level; interval with {self.effective_n[place] - 1:.3g} degrees of freedom; value at the finest level "
+                f"{self.bias[place] * factor:+.2g}"
             )
         known_parts = (name for name in self.budget if name not in self.unknown)
         sources = [f"{name}: {self.sources[name]}" for name in known_parts]
@@ -280,6 +301,20 @@ class Estimate:
             f"{name}: unknown: {reason}; not in these figures" for name, reason in why.items()
         )
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
+
+
+def heads_of(labels: Mapping[str, Any]) -> dict[str, str]:
+    """Return the direction, radians, and the speed among some labels, in words by the titles of their columns.
+
+    None where nothing depends on them; directions of a pressed map have names, and stand elsewhere.
+    """
+    direction, speed = labels.get("direction"), labels.get("speed")
+    heads = {}
+    if isinstance(direction, float):
+        heads["direction, °"] = f"{degrees(direction):.4g}"
+    if speed is not None:
+        heads["speed, m/s"] = f"{speed:g}"
+    return heads
 
 
 def marks_in_words(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:

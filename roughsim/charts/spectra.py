@@ -156,7 +156,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
     """Draw g_σ(r) of all realizations with its band over the theory, at short and at long distances."""
     run, scene = subject.run, subject.run.scene
     longest = 2 * np.pi / scene.spectrum.breaks[0]
-    reach = 0.5 * float(np.hypot(*run.numerics.lengths))
+    reach = 0.5 * float(np.hypot(*run.sides))
     near = np.geomspace(1e-4 * longest, 0.4 * min(longest, reach / 0.4), 160)
     far = np.linspace(0.0, min(1.2 * longest, reach), 240)
     title = subject.title(r"Correlation of the contact stress, $g_\sigma(r)$")

@@ -110,7 +110,7 @@ class Subject:
     @property
     def grid(self) -> Grid:
         """The grid of the fields."""
-        return self.run.numerics.grid(self.level)
+        return self.run.grid(self.level)
 
     def field(self, name: str) -> Array:
         """Return a field of the realization."""

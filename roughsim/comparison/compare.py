@@ -138,7 +138,9 @@ class Comparison:
 
         `name` and `other` are columns, as "calibrated".
         """
-        values, references = (self.flash.sel(column=column).mean for column in (name, other))
+        values, references = (
+            self.flash.sel(column=column).mean.ravel() for column in (name, other)
+        )
         with np.errstate(all="ignore"):  # 0/0 at rest
             apart = np.where(references == 0.0, 0.0, np.abs(values / references - 1.0))
         k = int(np.argmax(np.nan_to_num(apart, nan=np.inf)))
@@ -251,10 +253,11 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
 def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     """Return the rows of T_flash by its columns, with the ratios at the highest speed below."""
     run = comparison.run
-    columns = [Column(name, number=True) for name in ("speed, m/s", *THEORIES, *rows[0].columns)]
+    titles = (*rows[0].heads, *THEORIES, *rows[0].columns)
+    columns = [Column(name, number=True) for name in titles]
     cells: list[Cells] = [
         (
-            f"{row.speed:g}",
+            *row.heads.values(),
             *numbers_of(row, row.columns),
         )
         for row in rows
@@ -290,12 +293,12 @@ def comparison_table(comparison: Comparison) -> Table:
     """Return the comparison, a row per observable and speed."""
     first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
     beside = [OF_SLIDING] if SLIDING in first.columns else []
-    titles = ("speed, m/s", *THEORIES, *first.columns, *beside, *first.ratios)
+    titles = (*first.heads, *THEORIES, *first.columns, *beside, *first.ratios)
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
     rows: list[Cells] = [
         (
             with_unit(row.title, row.unit),
-            "" if row.speed is None else f"{row.speed:g}",
+            *(row.heads.get(title, "") for title in first.heads),
             *numbers_of(row, row.columns),
             *(Number(row.theories[SLIDING_CALIBRATED], row.unit) for _ in beside),
             *(replace(ratio, unit="1").number() for ratio in row.ratios.values()),

@@ -44,7 +44,7 @@ def stress_slope(run: Run, column: str | None = None) -> Slope | None:
         return None
     # number of modes of the plane in each bin of ln q, and their mean ln q
     band = log(low), log(high)
-    grid = run.numerics.grid(sample.level)
+    grid = run.grid(sample.level)
     modes = modes_between(grid)
     log_q, many = np.log(modes.wavenumber), modes.multiplicity
     count, sums = (

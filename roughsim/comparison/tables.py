@@ -27,7 +27,7 @@ from roughsim.results.theories import (
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
-from roughsim.table import Estimate
+from roughsim.table import Estimate, heads_of
 
 _CORRELATION_POINTS = 65
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
@@ -42,19 +42,23 @@ def theory_values(scene: Scene) -> dict[str, Any]:
     """Return the theory over the whole spectrum: arrays over speed, temperatures with the share used, and areas."""
     columns = theory_columns(scene)
     names = [*_HEATED, *_WIDTHS, "heat_partition", *_AREAS, CONTACT_TEMPERATURE]
-    found = joined({name: columns[name] for name in THEORIES}, names)
-    over_speed = {name: found[name].sel(column=THEORY).mean for name in (*_HEATED, *_WIDTHS)}
+    found = joined({name: columns[name] for name in THEORIES}, names, scene.directions)
+
+    def values(name: str, column: str = THEORY) -> Array:
+        return found[name].sel(column=column).mean.ravel()
+
+    over_speed = {name: values(name) for name in (*_HEATED, *_WIDTHS)}
     result: dict[str, Any] = {"speed": scene.speeds} | over_speed
     if "friction_coefficient" in scene.tables:
         result["friction_coefficient"] = prediction.friction_coefficient(scene)
     result["conductivity"] = prediction.conduction(scene).conductivity
     result["heat_partition"] = prediction.heat_partition(scene)
-    result["heat_partition_theory"] = found["heat_partition"].sel(column=THEORY).mean
+    result["heat_partition_theory"] = values("heat_partition")
     if scene.sliding.warms:
-        result[CONTACT_TEMPERATURE] = found[CONTACT_TEMPERATURE].sel(column=THEORY).mean
+        result[CONTACT_TEMPERATURE] = values(CONTACT_TEMPERATURE)
     for name in _OTHERS:
-        result[name] = found["flash_temperature"].sel(column=name).mean
-    return result | {name: float(found[name].sel(column=THEORY).mean[0]) for name in _AREAS}
+        result[name] = values("flash_temperature", name)
+    return result | {name: float(values(name)[0]) for name in _AREAS}
 
 
 def theory_dict(scene: Scene) -> dict[str, Any]:
@@ -82,7 +86,20 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
         "r": distance,
         "value": prediction.correlation(scene, distance),
     }
+    values = by_direction(scene, values)
+    if scene.directions:
+        lay, angle = scene.grooves
+        values |= {"lay": lay, "lay_direction": angle, "direction": scene.directions}
     return {key: json_value(value) for key, value in values.items()}
+
+
+def by_direction(scene: Scene, values: Any) -> Any:
+    """Return values, some by name, with arrays over the `speeds` of a scene over its directions and speeds."""
+    if isinstance(values, dict):
+        split = {key: by_direction(scene, value) for key, value in values.items()}
+        return split | ({"speed": scene.sliding.speed} if "speed" in split else {})
+    over_speed = scene.directions and np.shape(values) == (len(scene.speeds),)
+    return np.reshape(values, (len(scene.directions), -1)) if over_speed else values
 
 
 def _distribution_values(scene: Scene) -> dict[str, Any]:
@@ -152,9 +169,11 @@ def theory_table(scene: Scene) -> Table:
         columns["T_flash sliding, K"] = _numbers(slid.flash_temperature, "K")
         columns["share sliding"] = _numbers(slid.heat_partition)
         notes.append(sliding_note(scene))
-    speeds = (f"{speed:g}" for speed in scene.speeds)
-    titles = [Column(title, number=True) for title in ("speed, m/s", *columns)]
-    return Table(titles, [*zip(speeds, *columns.values(), strict=True)], scene.title, notes)
+    heads = [heads_of(at) for at in scene.cases]
+    titles = [Column(title, number=True) for title in (*heads[0], *columns)]
+    numbers = zip(*columns.values(), strict=True)
+    rows = [(*at.values(), *row) for at, row in zip(heads, numbers, strict=True)]
+    return Table(titles, rows, scene.title, notes)
 
 
 def _numbers(values: Array, unit: str = "1") -> list[Number]:
@@ -226,16 +245,17 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
     parts = list(
         dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget)
     )
-    titles = ("speed, m/s", "mean ± total error", *parts, "finest − mean")
+    heads = estimates[0].heads((0,) * estimates[0].mean.ndim)
+    titles = (*heads, "mean ± total error", *parts, "finest − mean")
     rows: list[Row] = []
     for estimate in estimates:
         name = with_unit(estimate.observable, estimate.unit)
-        per_speed = OBSERVABLES[estimate.observable].per_speed
-        for k in (
-            (range(len(run.scene.speeds)) if speeds is None else speeds) if per_speed else (0,)
-        ):
-            speed = f"{run.scene.speeds[k]:g}" if per_speed else ""
-            rows.append([name, speed, estimate.number(k), *estimate.parts(k, parts)])
+        for place in np.ndindex(estimate.mean.shape):
+            own = estimate.heads(place)
+            if own and speeds is not None and place[-1] not in speeds:
+                continue
+            at = (own.get(title, "") for title in heads)
+            rows.append([name, *at, estimate.number(*place), *estimate.parts(place, parts)])
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
         "≥ if one of them is unknown, as no level of the run shows it (–).",

@@ -10,7 +10,13 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.comparison.camera import pictured
-from roughsim.comparison.tables import calibrated_note, theory_dict, theory_table, theory_values
+from roughsim.comparison.tables import (
+    by_direction,
+    calibrated_note,
+    theory_dict,
+    theory_table,
+    theory_values,
+)
 from roughsim.grid import Array
 from roughsim.planning.limits import Plausibility, judge
 from roughsim.results.theories import theory_columns
@@ -20,6 +26,7 @@ from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import warn_of
 from roughsim.show.table import Column, Number, Row, Table, with_unit
 from roughsim.show.text import marked
+from roughsim.table import heads_of
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -32,6 +39,9 @@ class Theory:
         The scene.
     speed : ndarray
         Sliding speed, m/s.
+    direction : ndarray
+        Directions of sliding over faces with a lay, radians from x: then arrays are over direction and speed. Else
+        empty.
     flash_temperature : ndarray
         ⟨Tσ⟩/⟨σ⟩ above the background, K.
     calibrated : ndarray
@@ -56,6 +66,7 @@ class Theory:
 
     scene: Scene
     speed: Array
+    direction: Array
     flash_temperature: Array
     calibrated: Array
     flash_gradient: Array
@@ -68,7 +79,7 @@ class Theory:
     judged: Plausibility
 
     def __repr__(self) -> str:
-        flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature)
+        flash = ", ".join(f"{value:.4g}" for value in self.flash_temperature.ravel())
         speeds = ", ".join(f"{speed:g}" for speed in self.speed)
         about = f"<Theory of {self.scene.title}: T_flash {flash} K at {speeds} m/s>"
         return "\n".join([about, *marked(self.judged.remarks)])
@@ -98,17 +109,19 @@ class Theory:
         kelvin["theory, K"] = self.flash_temperature, 0.0 if kelvin else nan
         titles = [*kelvin, with_unit("D_flash", "m"), "share"]
         rows: list[Row] = []
-        for k in np.argsort(self.speed)[::-1]:
+        heads = [heads_of(at) for at in scene.cases]
+        widths, shares = self.flash_width.ravel(), self.heat_partition.ravel()
+        for k in np.argsort(scene.speeds)[::-1]:
             flash = [
-                Number(values[k], "K", error * values[k], ("unknown",) * isnan(error))
+                Number(values.flat[k], "K", error * values.flat[k], ("unknown",) * isnan(error))
                 for values, error in kelvin.values()
             ]
-            others = Number(self.flash_width[k], "m"), Number(self.heat_partition[k])
-            rows.append([f"{self.speed[k]:g}", *flash, *others])
+            others = Number(widths[k], "m"), Number(shares[k])
+            rows.append([*heads[k].values(), *flash, *others])
         areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"
         notes = [f"T_flash above the background; contact on {areas}.", calibrated_note(scene)]
         notes[1:1] = pictured(scene, theory_columns(scene))
-        columns = [Column(title, number=True) for title in ("speed, m/s", *titles)]
+        columns = [Column(title, number=True) for title in (*heads[0], *titles)]
         return Table(columns, rows, scene.title, notes)
 
     def to_dict(self) -> dict[str, Any]:
@@ -147,10 +160,15 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
     loaded = as_scene(scene, changes)
-    values = theory_values(loaded) | {"judged": judge(loaded)}
-    warn_of(values["judged"].remarks)
-    names = Theory.__dataclass_fields__.keys() - {"scene", "speed"}
-    return Theory(loaded, np.array(loaded.speeds), **{name: values[name] for name in names})
+    judged = judge(loaded)
+    warn_of(judged.remarks)
+    values = by_direction(loaded, theory_values(loaded)) | {
+        "scene": loaded,
+        "speed": np.array(loaded.sliding.speed),
+        "direction": np.array(loaded.directions),
+        "judged": judged,
+    }
+    return Theory(**{name: values[name] for name in Theory.__dataclass_fields__})
 
 
 def theory_chart(

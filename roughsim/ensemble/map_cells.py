@@ -50,7 +50,7 @@ class MapCells(DrawnSurfaces):
     topography: Topography
     cells: tuple[Topography, ...]  # made periodic: the map alone, or its quadrants
     edges: str
-    direction: float | None  # of sliding in the scene, radians
+    directions: tuple[float, ...]  # of sliding in the scene, radians
     last: bool  # whether it is the level of the directions
 
     def heights(self, problem: Problem) -> Array:
@@ -65,8 +65,8 @@ class MapCells(DrawnSurfaces):
             return {}
         lay = self.topography.texture.lay
         angles = {"along": lay, "across": (lay + 0.5 * pi) % pi}
-        if self.direction is not None:
-            angles["asked"] = self.direction
+        for number, angle in enumerate(self.directions, start=1):
+            angles["asked" if len(self.directions) == 1 else f"asked_{number}"] = angle
         ratios: dict[str, Any] = {
             "angles": angles,
             "over_mean": over_mean(problem, solution, angles, self.edges),

@@ -113,7 +113,7 @@ def press(
             topography,
             cells[1:] if quartered else cells[:1],
             "mirror" if quartered else edges,
-            loaded.sliding.direction,
+            loaded.sliding.direction or (),
             last=level == numerics.of_column(column)[-1],
         )
 

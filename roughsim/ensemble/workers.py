@@ -57,4 +57,4 @@ def computed(job: Job, index: int, before: list[Solved]) -> tuple[Member, list[S
         "versions": versions(),  # of this worker
         "written": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
     }
-    return replace(member, lengths=problem.grid.lengths, provenance=provenance), solved
+    return replace(member, lengths=problem.cell.lengths, provenance=provenance), solved

@@ -231,5 +231,5 @@ def notes_of(
             "cell of more waves, or layers that heat has passed"
         )
     if OBSERVABLES[observable].per_speed:
-        notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.speeds)} m/s")
+        notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.sliding.speed)} m/s")
     return tuple(notes)

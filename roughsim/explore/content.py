@@ -117,7 +117,7 @@ def _summarized(run: Run) -> Summary:
 
 def scene_text(run: Run) -> str:
     """Return the scene file, the cell and the grids of a run."""
-    sides = " × ".join(f"{1e3 * length:.4g}" for length in run.numerics.lengths)
+    sides = " × ".join(f"{1e3 * length:.4g}" for length in run.sides)
     lines = [
         with_short_tables(run.scene.to_toml()).strip(),
         "",
@@ -145,7 +145,7 @@ def speed_range(scene: Scene) -> tuple[float, float]:
 def _distances(run: Run) -> Field:
     """Return the r at which g_σ is drawn, m: up to 0.4 longest waves, and never beyond half the diagonal."""
     longest = 2 * np.pi / run.scene.spectrum.breaks[0]
-    return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.numerics.lengths))), 160)
+    return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.sides))), 160)
 
 
 def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
@@ -231,7 +231,7 @@ def load_fields(run: Run, level: int, index: int, preview: int = PREVIEW) -> Mem
     `preview` is the largest number of points per side of the preview. RecordError if the file is damaged; ValueError if
     the fields of a map were not kept; ConvergenceError as `realize`.
     """
-    grid = run.numerics.grid(level)
+    grid = run.grid(level)
     if index in run.kept(level):
         heights, pressure = (run.field(level, index, name) for name in ("heights", "pressure"))
     elif (level, index) in run.members.lost or not run.drawn:

@@ -282,15 +282,15 @@ class Layout:
     """All controls, figures and texts of the page of a run; `speed`, m/s, is the first to be shown."""
 
     def __init__(self, run: Run, speed: float):
-        self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
+        self.factor, self.unit = scaled(max(run.sides), "m")
         columns = run.numerics.columns
         self.controls = _Controls(run, speed)
         self.skin = SkinControls(run)
 
         # maps over one view, with the marked point and the line through it
         self.x_range, self.y_range = models.Range1d(), models.Range1d()
-        self.show_cell(run.numerics.lengths)
-        view = frame(run.numerics.lengths, self.unit, _SIDE)
+        self.show_cell(run.sides)
+        view = frame(run.sides, self.unit, _SIDE)
         view |= {"x_range": self.x_range, "y_range": self.y_range}
         self.maps = {name: MapPanel(name, name, **view) for name in FIELDS}
         self.point, self.line_ends = empty_source("x", "y"), empty_source("x", "y")

@@ -345,7 +345,7 @@ class Page:
             note += ", through the camera" * (shown.camera is not None)
             if not self.temperature.preview and shown.layers != own.layers:
                 note += f", {layers_text(shown)}"
-        if lengths != self.watched.run.numerics.lengths:
+        if lengths != self.watched.run.sides:
             where = self.watched.run.numerics.levels[self.chosen_level].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
             note += f",{where.removeprefix(' in')}: {sides} {self.layout.unit}"

@@ -46,7 +46,7 @@ class SkinControls:
         )
         thickness, depth = (body.skin.thickness if body.skin else 0.0), body.heat_depth or 0.0
         lowest = min(_THINNEST, thickness or inf, depth or inf)
-        highest = max(0.1 * min(run.numerics.lengths), thickness, depth, 10 * lowest)
+        highest = max(0.1 * min(run.sides), thickness, depth, 10 * lowest)
         low, high = log10(lowest * _UM), log10(highest * _UM)
         label = f"return tick < {low - 0.5 / _STEPS} ? 'none' : Number(Math.pow(10, tick).toPrecision(3)) + ' µm'"
         lengths = {

@@ -49,7 +49,7 @@ class SnapshotsView:
         self.run, self.document, self.ask = run, document, ask
         self.snapshots: MemberSnapshots | None = None
         self.playing: Any = None  # the callback that turns to the next position
-        self.factor, self.unit = scaled(max(run.numerics.lengths), "m")
+        self.factor, self.unit = scaled(max(run.sides), "m")
         self._add_controls()
         self._add_maps()
         self._add_curves()
@@ -88,7 +88,7 @@ class SnapshotsView:
 
     def _add_maps(self) -> None:
         """Make the maps, which are zoomed together, with the summits of both faces."""
-        lengths = self.run.numerics.lengths
+        lengths = self.run.sides
         # the first view is half the cell: in a smaller one spots appear and vanish
         view = frame(lengths, self.unit, _SIDE)
         for axis, length in zip("xy", lengths, strict=True):

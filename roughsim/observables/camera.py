@@ -35,7 +35,8 @@ class Camera(NamedTuple):
 
     sources: tuple[MovingSource, ...]  # sliding along x, with the lens and the slid distance
     heating: tuple[float, ...]  # μ|v|/κ, K/(Pa m)
-    direction: float = 0.0  # of the picture, radians from axis 0 towards axis 1
+    # of the pictures, radians from axis 0 towards axis 1; or of each speed
+    direction: float | tuple[float, ...] = 0.0
     slid_distance: float | None = None  # most of the picture, m; None: half the chord of the cell
 
 
@@ -178,9 +179,12 @@ def pictures(pressure: Field, grid: Grid, sliding: HeatSource, camera: Camera) -
 def _young(grid: Grid, sliding: HeatSource, camera: Camera) -> list[MovingSource]:
     """Return the sources that slide through the cell so far that no contact meets its own track."""
     diffusivities = np.broadcast_to(sliding.diffusivity, len(sliding.speeds)).tolist()
+    directions = np.broadcast_to(camera.direction, len(diffusivities)).tolist()
     sources = []
-    for speed, diffusivity, seen in zip(sliding.speeds, diffusivities, camera.sources, strict=True):
-        drift, _, chord = moving(grid, speed, diffusivity, camera.direction)
+    for speed, diffusivity, angle, seen in zip(
+        sliding.speeds, diffusivities, directions, camera.sources, strict=True
+    ):
+        drift, _, chord = moving(grid, speed, diffusivity, angle)
         rate, lens = math.hypot(*drift), seen.lens
         # in half a cell no contact meets its own track
         slid = min(seen.spread * rate, camera.slid_distance or chord / 2)

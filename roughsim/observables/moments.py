@@ -14,7 +14,7 @@ or heat released in depth, F = |q| κT/q̇ of `roughsim.heat.skin`, and the aver
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -28,7 +28,7 @@ from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
 from roughsim.grid import Array, Complex, Grid, need_grid
-from roughsim.heat.periodic import MovingSource, responses, unit_vector
+from roughsim.heat.periodic import MovingSource, moving, responses, unit_vector
 from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
 from roughsim.observables.stress_spectrum import (
@@ -60,9 +60,12 @@ class HeatSource:
         κ, W/(m K), and D, m²/s, of the body whose temperature is measured: one for all speeds, or one for each.
     heat_partition : float
         Share of the heat that enters the body, 0 to 1: a factor on all temperatures.
-    direction : float, optional
-        Angle of sliding, radians from axis 0 towards axis 1. None: the mean over all directions, for isotropic
-        roughness.
+    direction : float or sequence of float, optional
+        Angle of sliding, radians from axis 0 towards axis 1: one for all speeds, or one for each. None: the mean over
+        all directions, for isotropic roughness.
+    from_rest : bool
+        Whether the contact has slid half the chord of the cell along a direction since its start from rest, so that it
+        does not meet its own tracks; else it has slid for ever.
     skin : Skin, optional
         A layer of another material on the body: thickness, m, conductivity, W/(m K), and diffusivity, m²/s.
     heat_depth : float
@@ -74,9 +77,10 @@ class HeatSource:
     conductivity: float | Sequence[float]
     diffusivity: float | Sequence[float]
     heat_partition: float = 1.0
-    direction: float | None = None
+    direction: float | Sequence[float] | None = None
     skin: SkinLike | None = None
     heat_depth: float = 0.0
+    from_rest: bool = False
 
     def __post_init__(self) -> None:
         words = isinstance(self.speeds, (str, bytes))
@@ -90,17 +94,22 @@ class HeatSource:
             "skin": checked_skin(self.skin),
             "heat_depth": not_negative("heat_depth", self.heat_depth, "m"),
         }
-        if self.direction is not None:
-            checked["direction"] = number("direction", self.direction, "rad")
+        if self.from_rest and self.direction is None:
+            raise ValueError(
+                "from_rest = True needs a direction: the mean over all directions is of steady sliding"
+            )
         if self.heat_partition > 1.0:
             raise ValueError(f"heat_partition = {self.heat_partition:.6g} must lie between 0 and 1")
         checks = {
             "friction_coefficient": (not_negative, "1"),
             "conductivity": (sized, "W/(m K)"),
             "diffusivity": (sized, "m²/s"),
+            "direction": (number, "rad"),
         }
         for name, (check, unit) in checks.items():
             value: Any = getattr(self, name)
+            if value is None:  # no direction
+                continue
             if np.ndim(value) == 0:
                 checked[name] = check(name, value, unit)
             elif np.shape(value) == (len(self.speeds),):
@@ -117,6 +126,17 @@ class HeatSource:
     def rates(self) -> list[float]:
         """v/D at each speed, 1/m, with the sign of the speed."""
         return (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
+
+    @property
+    def sources(self) -> list[MovingSource]:
+        """The steady source at each speed; along x where there is no direction."""
+        at = np.broadcast_to(self.direction or 0.0, len(self.speeds)).tolist()
+        return [
+            MovingSource((rate * ux, rate * uy), layers=layers)
+            for rate, (ux, uy), layers in zip(
+                self.rates, map(unit_vector, at), self.layers, strict=True
+            )
+        ]
 
     @property
     def layers(self) -> tuple[Layering | None, ...]:
@@ -207,8 +227,8 @@ def measure(
     Returns
     -------
     Moments
-        Of steady sliding; for one direction they are moments of the steady periodic field, hot tracks included. Without
-        contact temperatures, width and length are NaN, with a RuntimeWarning.
+        Of steady sliding; for one direction they are moments of the periodic field, hot tracks included unless it is
+        `from_rest`. Without contact temperatures, width and length are NaN, with a RuntimeWarning.
 
     Raises
     ------
@@ -241,7 +261,7 @@ def measure(
     if sliding.direction is None:
         sums = sums_over_directions(spectrum, unseen, responses)
     else:
-        sums = _sums_of_one_direction(amplitude, grid, sliding)
+        sums = _sums_in_directions(amplitude, grid, sliding)
     # corrections for the pixels along the edges of the contact
     hardness = high if contact.plastic_fraction > 0.0 else math.inf
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
@@ -356,9 +376,8 @@ def means_over_directions(q: Array, rate: float, layers: Layering | None) -> tup
     return angular_means(rate / q) if layers is None else direction_means(q, rate, layers)
 
 
-def _sums_of_one_direction(amplitude: Complex, grid: Grid, sliding: HeatSource) -> Array:
-    """Return the same sums for sliding along `direction`: the moments of the steady periodic field, to rounding."""
-    ux, uy = unit_vector(sliding.direction or 0.0)
+def _sums_in_directions(amplitude: Complex, grid: Grid, sliding: HeatSource) -> Array:
+    """Return the same sums for sliding along `direction`: the moments of the periodic field, to rounding."""
     qx, qy = grid.wavevectors
     # an odd derivative of a wave at the Nyquist wavenumber vanishes on the points of the grid
     ax, ay = (
@@ -367,12 +386,23 @@ def _sums_of_one_direction(amplitude: Complex, grid: Grid, sliding: HeatSource) 
     )
     sums = np.zeros((3, len(sliding.speeds)))
     variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
-    for column, rate, layers in zip(sums.T, sliding.rates, sliding.layers, strict=True):
-        sense = -1.0 if rate < 0.0 else 1.0
-        source = MovingSource((rate * ux, rate * uy), layers=layers)
+    for column, source in zip(sums.T, _sources_of(grid, sliding), strict=True):
+        rate = math.hypot(*source.drift) or 1.0  # at rest no response is odd
+        ux, uy = (part / rate for part in source.drift)
         for rows, response in responses(grid, source):
             even = variance[rows] * response.real
             column[0] += np.sum(even)
-            column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay)) * sense
+            column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay))
             column[2] += np.sum(even * (qx[rows] ** 2 + qy**2))
     return sums
+
+
+def _sources_of(grid: Grid, sliding: HeatSource) -> Iterator[MovingSource]:
+    """Yield the source at each speed, from rest if it has slid half the chord of the cell."""
+    each = np.broadcast(sliding.speeds, sliding.diffusivity, sliding.direction or 0.0)
+    for source, (speed, diffusivity, angle) in zip(sliding.sources, each, strict=True):
+        if sliding.from_rest:
+            _, duration, _ = moving(grid, float(speed), float(diffusivity), float(angle))
+            yield source._replace(spread=float(diffusivity) * float(duration))
+        else:
+            yield source

@@ -31,7 +31,9 @@ _KEPT = 2**21  # points times speeds up to which the responses of a grid are kep
 class SlideFromRest(NamedTuple):
     """Slide from rest after which the field of temperature is taken, as in `sliding_temperature`."""
 
-    direction: float = 0.0  # radians from axis 0 towards axis 1
+    direction: float | tuple[float, ...] = (
+        0.0  # radians from axis 0 towards axis 1; or of each speed
+    )
     slid_distance: float | None = None  # m; None: half the chord of the cell
 
 
@@ -68,10 +70,11 @@ def contact_fields(
     flux = (pressure / pressure.mean()).astype(np.float32)
     sources = []
     diffusivities = np.broadcast_to(sliding.diffusivity, speeds).tolist()
-    for speed, diffusivity, layers in zip(
-        sliding.speeds, diffusivities, sliding.layers, strict=True
+    directions = np.broadcast_to(slide.direction, speeds).tolist()
+    for speed, diffusivity, angle, layers in zip(
+        sliding.speeds, diffusivities, directions, sliding.layers, strict=True
     ):
-        drift, durations, _ = moving(grid, speed, diffusivity, slide.direction, slide.slid_distance)
+        drift, durations, _ = moving(grid, speed, diffusivity, angle, slide.slid_distance)
         sources.append(MovingSource(drift, diffusivity * float(durations), layers=layers))
     if flux.min() == flux.max():  # only q = 0, which is left out
         fields = [np.zeros(grid.points, np.float32)] * speeds

@@ -108,7 +108,7 @@ def judge(
     except NO_VALUE as error:
         text = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
         unknown = Remark("no theory", "theory", " ".join(text.split()))
-        remarks = [*steepness(scene.spectrum.rms_slope), *plain, unknown]
+        remarks = [*steepness(scene.rms_slope), *plain, unknown]
         return Plausibility(scene, None, most_serious_first(remarks))
     remarks = [
         *_slope_remarks(scene, known.rms_slope_before_yield),
@@ -125,7 +125,7 @@ def judge(
 
 def _slope_remarks(scene: Scene, before_yield: float) -> Remarks:
     """Warn of steep slopes; `before_yield` is the rms slope of the waves up to 32 q_y."""
-    slope = scene.spectrum.rms_slope
+    slope = scene.rms_slope
     if slope <= STEEP:
         return
     end = gentle_end(scene)

@@ -180,8 +180,9 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
             stream=numerics.stream(level),
             threads=numerics.threads,
             with_peaks=numerics.below(level) is None,  # control variates of the lowest level alone
-            distribution=SlideFromRest(scene.sliding.direction or 0.0, numerics.slid_distance)
+            distribution=SlideFromRest(prediction.headings_of_fields(scene), numerics.slid_distance)
             if scene.distribution
             else None,
             camera=prediction.camera_of(scene),
+            lay=scene.lay,
         )

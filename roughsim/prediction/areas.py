@@ -7,7 +7,7 @@ from math import inf
 from types import MappingProxyType
 
 import theory
-from roughsim.prediction.bodies import load_arguments, pressure_arguments
+from roughsim.prediction.bodies import load_arguments, modulus_of, pressure_arguments
 from roughsim.scene import Scene
 
 _NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness changes no number
@@ -21,9 +21,7 @@ def area_fractions(scene: Scene, q_max: float = inf) -> Mapping[str, float]:
     if scene.elastic:
         share = theory.persson.contact_probability(end, spectrum, **load)
         return MappingProxyType({"contact_fraction": float(share), "plastic_fraction": 0.0})
-    variance = theory.persson.half_variance(
-        end, spectrum, effective_modulus=scene.effective_modulus
-    )
+    variance = theory.persson.half_variance(end, spectrum, effective_modulus=modulus_of(scene))
     _, elastic, plastic = theory.plasticity.area_fractions(
         variance, scene.sliding.nominal_pressure, scene.penetration_hardness
     )

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 import theory
 from roughsim.grid import Array
 from roughsim.scene import Scene, SceneError
-from roughsim.scene.model import Conduction
+from roughsim.scene.model import Conduction, steeper
 from roughsim.surface.spectrum import Spectrum
 from theory.roots import root
 from theory.skin import ThermalBody, body_of
@@ -32,10 +32,15 @@ _STEPS = 64  # from the background to the end of the tables, in which the temper
 _AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
+def modulus_of(scene: Scene) -> float:
+    """Return E* of the isotropic contact in theory that a lay stretches, Pa: in proportion to the rms slope."""
+    return scene.effective_modulus * steeper(scene.lay)
+
+
 def load_arguments(scene: Scene) -> dict[str, float]:
     """Return E* and σ₀ as arguments of the theory."""
     return {
-        "effective_modulus": scene.effective_modulus,
+        "effective_modulus": modulus_of(scene),
         "nominal_pressure": scene.sliding.nominal_pressure,
     }
 
@@ -376,6 +381,11 @@ def _total_arguments(scene: Scene) -> dict[str, Any]:
     }
 
 
+def headings_of_fields(scene: Scene) -> tuple[float, ...]:
+    """Return the direction of each speed of a scene in fields, radians from x; of isotropic faces one for all."""
+    return scene.headings or (scene.sliding.direction or (0.0,))[:1] * len(scene.speeds)
+
+
 def heat_source(scene: Scene) -> HeatSource:
     """Return the frictional heat of a scene, all of it in the moving body."""
     from roughsim.observables.moments import HeatSource  # loads the transforms
@@ -388,4 +398,6 @@ def heat_source(scene: Scene) -> HeatSource:
         diffusivity=bodies.diffusivity.tolist(),
         skin=layers.skin,
         heat_depth=layers.heat_depth,
+        direction=scene.headings,
+        from_rest=scene.headings is not None,
     )

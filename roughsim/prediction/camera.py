@@ -14,6 +14,7 @@ from roughsim.prediction.bodies import (
     conduction,
     friction_coefficient,
     groups,
+    headings_of_fields,
     heat_arguments,
     heat_source,
     layer_arguments,
@@ -98,7 +99,7 @@ def camera_of(scene: Scene) -> Any:
     return Camera(
         tuple(sources),
         tuple(heating.tolist()),
-        scene.sliding.direction or 0.0,
+        headings_of_fields(scene),
         scene.numerics.slid_distance,
     )
 

@@ -125,11 +125,11 @@ def usual_exponent(scene: Scene, q_c: float) -> float:
 
 def slow(scene: Scene) -> Scene:
     """Return a scene whose speeds are slow, one for each of its own: T_flash grows in proportion to them."""
-    speeds = tuple(_SLOW * (1 + k) for k in range(len(scene.speeds)))
+    speeds = tuple(_SLOW * (1 + k) for k in range(len(scene.sliding.speed)))
     return replace(scene, sliding=replace(scene.sliding, speed=speeds))
 
 
 def in_motion(scene: Scene) -> Scene:
     """Return a scene with a slow speed in place of rest, since a ratio of two zeros is undefined."""
-    speeds = tuple(speed or _SLOW for speed in scene.speeds)
+    speeds = tuple(speed or _SLOW for speed in scene.sliding.speed)
     return replace(scene, sliding=replace(scene.sliding, speed=speeds))

@@ -11,6 +11,7 @@ from roughsim.prediction.areas import yield_wavenumber
 from roughsim.prediction.bodies import background, conduction, heat_partition
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
+from roughsim.scene.model import steeper
 from roughsim.scene.slips import STEEP
 from roughsim.show.remarks import Remark
 from roughsim.show.table import json_value
@@ -113,9 +114,9 @@ def facts_of(scene: Scene, lengths: tuple[float, float]) -> Facts:
     radius = float(theory["correlation_radius_50"][0])
     return Facts(
         rms_height=spectrum.rms_height,
-        rms_slope=spectrum.rms_slope,
+        rms_slope=scene.rms_slope,
         textures=scene.textures,
-        rms_slope_before_yield=gentle.rms_slope,
+        rms_slope_before_yield=gentle.rms_slope * steeper(scene.lay),
         longest_wave=2 * pi / spectrum.breaks[0],
         shortest_wave=2 * pi / spectrum.breaks[-1],
         pressure_over_hardness=load / scene.penetration_hardness,
@@ -147,7 +148,7 @@ def gentle_end(scene: Scene) -> float:
     """Return the wavenumber up to which the rms slope stays below `STEEP`, rad/m; NaN if the first waves are steep."""
 
     def excess(log_q: float) -> float:
-        return scene.spectrum.truncated(q_max=exp(log_q)).rms_slope - STEEP
+        return scene.spectrum.truncated(q_max=exp(log_q)).rms_slope * steeper(scene.lay) - STEEP
 
     first, last = log(1.01 * scene.spectrum.breaks[0]), log(scene.spectrum.breaks[-1])
     if excess(first) > 0.0:

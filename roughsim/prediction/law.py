@@ -35,6 +35,9 @@ class Calibrated:
 def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
+    if scene.directions:
+        why = f"lay = {scene.lay:g}: contact is not alike in all directions"
+        return Calibrated(None, (), errors, why)
     try:
         law = theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
         theory.persson.stress_density(

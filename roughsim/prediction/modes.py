@@ -17,6 +17,7 @@ from roughsim.prediction.bodies import (
     conduction,
     friction_coefficient,
     load_arguments,
+    modulus_of,
     stress_arguments,
 )
 from roughsim.prediction.camera import seen_by
@@ -133,7 +134,7 @@ def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, A
         q, roughness = np.concatenate((q, beyond)), np.concatenate((roughness, of_rings))
         rising = np.argsort(q)  # the last modes lie within the first ring
         q, roughness = q[rising], roughness[rising]
-    return q, (0.5 * scene.effective_modulus * q) ** 2 * roughness
+    return q, (0.5 * modulus_of(scene) * q) ** 2 * roughness
 
 
 def _roughness_of_modes(

@@ -158,11 +158,12 @@ def cautions(
     """
     if drawn:
         yield from texture_warnings(scene)
-    if drawn and scene.sliding.direction is not None:
+    if drawn and scene.sliding.direction is not None and scene.lay == 1.0:
+        angles = ", ".join(f"{degrees(angle):.4g}°" for angle in scene.sliding.direction)
         yield Remark(
             "caution",
             "sliding.direction",
-            f"sliding.direction = {degrees(scene.sliding.direction):.4g}° changes nothing in the theory and on drawn "
+            f"sliding.direction = {angles} changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction",
         )
     yield from _caution_of_heat(scene, measured)

@@ -19,6 +19,7 @@ from roughsim.prediction.bodies import (
     heat_arguments,
     heat_partition,
     layer_arguments,
+    modulus_of,
     smoothed_spectrum,
     stress_arguments,
 )
@@ -123,7 +124,7 @@ def stress_spectrum(scene: Scene, q: Array) -> Array:
     C is C_sm where there is a hardness.
     """
     spectrum = smoothed_spectrum(scene)
-    density: Array = (0.5 * scene.effective_modulus * q) ** 2 * spectrum(q)
+    density: Array = (0.5 * modulus_of(scene) * q) ** 2 * spectrum(q)
     weight: Array = theory.persson.stress_weight(q, spectrum, **stress_arguments(scene))
     return density * weight
 

@@ -75,7 +75,10 @@ def arrays_of(
     cells = np.array([level.cell or "whole" for level in levels])
     yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
     yield Labelled("realization", ("realization",), np.arange(max(members.counts)), {"units": "1"})
-    yield Labelled("speed", ("speed",), np.array(scene.speeds), {"units": "m/s"})
+    if scene.directions:
+        about = {"units": "rad", "description": "of sliding, from x towards y"}
+        yield Labelled("direction", ("direction",), np.array(scene.directions), about)
+    yield Labelled("speed", ("speed",), np.array(scene.sliding.speed), {"units": "m/s"})
     yield Labelled("column", ("level",), np.array([level.column for level in levels]), {})
     yield Labelled(
         "q_max", ("level",), np.array([level.q_max for level in levels]), {"units": "1/m"}
@@ -83,7 +86,7 @@ def arrays_of(
     yield Labelled(
         "cell", ("level",), cells, {"description": "half, quarter: of so much of the sides"}
     )
-    yield Labelled("heat_partition", ("level", "speed"), np.array(shares), SHARE)
+    yield _over_speed(scene, "heat_partition", ("level",), np.array(shares), SHARE)
     yield from _solves(members)
     for below in (False, True):
         of_levels = {
@@ -91,7 +94,7 @@ def arrays_of(
             for level, count in enumerate(members.counts)
             if not below or members.numerics.below(level) is not None
         }
-        yield from _numbers(members, of_levels, shares, below)
+        yield from _numbers(members, scene, of_levels, shares, below)
         for level, sample in of_levels.items():
             yield from _spectra(members, sample, f"{'_below' * below}_L{level}")
     for level in members.numerics.single:
@@ -124,8 +127,18 @@ def _solves(members: Members) -> Iterator[Labelled]:
     )
 
 
+def _over_speed(
+    scene: Scene, name: str, axes: tuple[str, ...], data: Array, attributes: dict[str, str]
+) -> Labelled:
+    """Return an array whose last axis has the `speeds` of a scene, with axes of their directions and speeds."""
+    if not scene.directions:
+        return Labelled(name, (*axes, "speed"), data, attributes)
+    split = data.reshape(*data.shape[:-1], len(scene.directions), -1)
+    return Labelled(name, (*axes, "direction", "speed"), split, attributes)
+
+
 def _numbers(
-    members: Members, of_levels: dict[int, Sample], shares: list[Array], below: bool
+    members: Members, scene: Scene, of_levels: dict[int, Sample], shares: list[Array], below: bool
 ) -> Iterator[Labelled]:
     """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
@@ -141,11 +154,11 @@ def _numbers(
         attributes = {"units": record.unit, "description": record.stored + " (level below)" * below}
         if record.heated:
             attributes["comment"] = "with the share of the heat used by the run"
-        axes, values = (
-            ("level", "realization", "speed"),
-            values if record.per_speed else values[..., 0],
-        )
-        yield Labelled(name + "_below" * below, axes[: values.ndim], values, attributes)
+        axes, name_below = ("level", "realization"), name + "_below" * below
+        if record.per_speed:
+            yield _over_speed(scene, name_below, axes, values, attributes)
+        else:
+            yield Labelled(name_below, axes, values[..., 0], attributes)
 
 
 def _spectra(members: Members, sample: Sample, end: str) -> Iterator[Labelled]:
@@ -164,7 +177,10 @@ def _fields(
 ) -> Iterator[Labelled]:
     """Yield the axes of a level's fields, and the lazy fields stored by all realizations in `kept`."""
     numerics, end = members.numerics, f"_L{level}"
-    grid, axes = numerics.grid(level), (f"kept_realization{end}", f"x{end}", f"y{end}")
+    grid, axes = (
+        numerics.grid(level).stretched(members.lay),
+        (f"kept_realization{end}", f"x{end}", f"y{end}"),
+    )
     yield Labelled(axes[0], axes[:1], np.array(kept), {"units": "1"})
     for axis, points, step in zip(axes[1:], grid.shape, grid.spacing, strict=True):
         yield Labelled(axis, (axis,), np.arange(points) * step, {"units": "m"})

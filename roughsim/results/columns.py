@@ -104,11 +104,12 @@ def results_of(
     wanted = functions if columns is None else [name for name in columns if name in functions]
     chosen = {name: functions[name] for name in wanted}
     names = observables_of(run) if observables is None else observables
-    estimates = joined(chosen, names)
+    estimates = joined(chosen, names, run.scene.directions)
     along = {}
     if BY_DIRECTION in estimates:
         along["angle"] = "direction", np.array([*run.angles.values()])
-    return Results(estimates, attributes_of(run.scene, run.members), _ABOUT, along)
+    about = _ABOUT | ({"direction": _ABOUT["angle"]} if run.scene.directions else {})
+    return Results(estimates, attributes_of(run.scene, run.members), about, along)
 
 
 def observables_of(run: Run) -> list[str]:

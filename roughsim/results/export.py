@@ -92,7 +92,7 @@ def export_surface(
     if realization not in run.kept(level):
         raise run.not_kept(level, realization)
     heights = run.field(level, realization, "heights")
-    content = topography.encoded(heights, run.numerics.grid(level), path.suffix.lower())
+    content = topography.encoded(heights, run.grid(level), path.suffix.lower())
     path.parent.mkdir(parents=True, exist_ok=True)
     place_bytes(path, content)
     return path

@@ -12,7 +12,7 @@ from roughsim.estimate.levels import values_of
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.telescoping import correlation_of
-from roughsim.grid import Array
+from roughsim.grid import Array, Grid
 from roughsim.observables.catalogue import ASKED_BY, AXIS, OBSERVABLES, observables_of
 from roughsim.observables.record import Observable, Sample
 from roughsim.prediction.scans import scan_error
@@ -44,6 +44,15 @@ class Means:
             self.members.counts = counts
             self._samples.clear()
             self._values.clear()
+
+    def grid(self, level: int) -> Grid:
+        """Return the grid of the fields of a level, with the lay of the surfaces along x."""
+        return self.numerics.grid(level).stretched(self.scene.lay)
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Sides of the cell, m."""
+        return Grid((1, 1), self.numerics.lengths).stretched(self.scene.lay).lengths
 
     @property
     def counts(self) -> Counts:

@@ -56,9 +56,11 @@ class Members(dict[Key, Member]):
         description: RunDescription,
         speeds: tuple[float, ...],
         treatment: Damaged,
+        lay: float = 1.0,
     ):
         super().__init__()
         self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
+        self.lay = lay  # of the surfaces
         self.damaged: dict[str, str] = {}  # reasons by the names of files that cannot be used
         levels = len(self.numerics.levels)
         self.available = [0] * levels  # members of each level before the first missing one
@@ -277,7 +279,7 @@ class Members(dict[Key, Member]):
             numbers,
             wavenumber,
             np.array([one.spectrum for one in stored]).reshape(rows.size, wavenumber.size),
-            0.5 * float(np.hypot(*grid.lengths)),
+            0.5 * float(np.hypot(*grid.stretched(self.lay).lengths)),
             numerics.levels[level].parts > 1,
             self._bins([one.bins for one in stored]),
             level,

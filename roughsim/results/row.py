@@ -8,14 +8,14 @@ from typing import Any
 
 from roughsim.estimate.levels import FLASH
 from roughsim.results.columns import is_ratio, is_theory
-from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate
+from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate, heads_of
 
 NOTICED = 0.02  # relative difference of two theories that a note names
 
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One observable at one speed (None without a speed): theories, simulated columns, and their ratios.
+    """One observable at one speed (None without a speed) and direction: theories, simulated columns, and ratios.
 
     `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c. `theory_same_modes` is summed over the modes
     of the cell up to q_c; ratios to the theory use it. `calibrated` uses the calibrated stress spectrum; NaN outside
@@ -29,7 +29,7 @@ class Row:
     speed: float | None
     about: Mapping[
         str, float
-    ]  # energy of activation, eV, or absolute temperature, K, of rows that have one
+    ]  # energy of activation, eV, absolute temperature, K, or direction of sliding, rad, of rows that have one
     theories: Mapping[str, float]  # by column
     columns: Mapping[str, Estimate]  # simulated ones, each of one entry
     ratios: Mapping[str, Estimate]
@@ -49,7 +49,13 @@ class Row:
     def title(self) -> str:
         """The observable, with the energy, eV, or the temperature, K, of a row that has one."""
         units = {"energy": ", {:.3g} eV", "temperature": " {:g} K"}
-        return self.observable + "".join(units[key].format(x) for key, x in self.about.items())
+        words = (units[key].format(x) for key, x in self.about.items() if key in units)
+        return self.observable + "".join(words)
+
+    @property
+    def heads(self) -> dict[str, str]:
+        """Direction and speed in words by the titles of their columns, as `table.heads_of`."""
+        return heads_of({**self.about, "speed": self.speed})
 
     @property
     def cut(self) -> bool:
@@ -112,10 +118,10 @@ def rows_of(results: Mapping[str, Estimate]) -> Iterator[Row]:
             entries = {column: here.sel(column=column) for column in columns}
             simulated = {c: e for c, e in entries.items() if not (is_theory(c) or is_ratio(c))}
             speed = at.pop("speed")
-            direction = at.pop("direction", None)
+            named = at.pop("direction") if isinstance(at.get("direction"), str) else None
             marks = {str(one.note) for one in simulated.values()}
             yield Row(
-                name if direction is None else f"{FLASH}_{direction}",
+                name if named is None else f"{FLASH}_{named}",
                 estimate.unit,
                 None if isnan(speed) else speed,
                 at,

@@ -74,7 +74,7 @@ class Run(Estimates):
     """
 
     def __init__(self, folder: Path, description: RunDescription, scene: Scene, treatment: Damaged):
-        super().__init__(scene, Members(folder, description, scene.speeds, treatment))
+        super().__init__(scene, Members(folder, description, scene.speeds, treatment, scene.lay))
         self.seed = scene.ensemble.seed
         self.until = scene.ensemble.ends
         self.max_realizations = scene.ensemble.most
@@ -146,7 +146,7 @@ class Run(Estimates):
         measured = None
         if takes_all(self.scene) and self.independent > 1 and not self.scene.tables:
             flash, share = (
-                self.estimate(name).mean for name in ("flash_temperature", "heat_partition")
+                self.estimate(name).mean.ravel() for name in ("flash_temperature", "heat_partition")
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
         judged = limits.judge(self.scene, self.numerics, drawn=self.drawn, measured=measured)
@@ -319,8 +319,8 @@ class Run(Estimates):
             return field * np.float32(prediction.heat_per_pressure(self.scene, speed))
         column = self.numerics.levels[level].column
         if name == "seen":
-            return self.seen(field, self.numerics.grid(level), speed, direction, column)
-        return self.temperature(field, self.numerics.grid(level), speed, direction, column)
+            return self.seen(field, self.grid(level), speed, direction, column)
+        return self.temperature(field, self.grid(level), speed, direction, column)
 
     def temperature(
         self,
@@ -413,10 +413,12 @@ class Run(Estimates):
         if not self.independent:
             return in_notebook(*lines)
         flash = {name: self.estimate("flash_temperature", name) for name in self.numerics.columns}
-        columns = [Column(title, number=True) for title in ("speed, m/s", *flash)]
+        first = next(iter(flash.values()))
+        places = [*np.ndindex(first.mean.shape)]
+        columns = [Column(title, number=True) for title in (*first.heads(places[0]), *flash)]
         rows: list[Row] = [
-            [f"{v:g}", *(e.number(k) for e in flash.values())]
-            for k, v in enumerate(self.scene.speeds)
+            [*first.heads(place).values(), *(e.number(*place) for e in flash.values())]
+            for place in places
         ]
         notes = (
             "± total error, 95 %. rs.compare(run) has the theory beside it, and all other observables.",

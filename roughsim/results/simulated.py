@@ -213,11 +213,15 @@ class Estimates(Means):
         Returns
         -------
         Estimate
-            Arrays over speed, or of one entry. Temperatures have the heat share used (`share`), and include its errors;
-            in the column sliding, the share follows from its own heat.
+            Arrays over speed, of faces with a lay over direction and speed, or of one entry. Temperatures have the heat
+            share used (`share`), and include its errors; in the column sliding, the share follows from its own heat.
 
         ValueError if there is no such observable or column, or no realization yet.
         """
+        return self._estimate(observable, column).by_direction(self.scene.directions)
+
+    def _estimate(self, observable: str, column: str | None = None) -> Estimate:
+        """Return `estimate` over the `speeds` of the scene."""
         column_of = self.simulated(column)
         found = column_of.estimate(observable)
         note = self._note(found, column_of.plastic and not self.scene.elastic)
@@ -242,7 +246,8 @@ class Estimates(Means):
 
     def contact_temperature(self, column: str | None = None) -> Estimate:
         """Return T₀ + T_flash of a column over speed, after the `duration` of the scene."""
-        return self.simulated(column).contact_temperature(partial(self.estimate, column=column))
+        found = self.simulated(column).contact_temperature(partial(self._estimate, column=column))
+        return found.by_direction(self.scene.directions)
 
     def reactions(self, column: str | None = None) -> dict[str, Estimate]:
         """Return rates, activation temperatures and conversions of [reaction], and the heat above each temperature.
@@ -252,7 +257,8 @@ class Estimates(Means):
         """
         if self.scene.reaction is None and self.scene.observables is None:
             return {}
-        return asked_of(self.scene, self.simulated(column).contacts())
+        found = asked_of(self.scene, self.simulated(column).contacts())
+        return {name: one.by_direction(self.scene.directions) for name, one in found.items()}
 
     def not_asked(self, name: str) -> ValueError:
         """Return the error that the scene does not ask for an observable, or for the distribution itself."""

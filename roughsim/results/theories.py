@@ -3,7 +3,7 @@
 They need no run. Each column is one function of an observable; those of a run stand in `roughsim.results.columns`.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -52,12 +52,16 @@ def theory_columns(scene: Scene) -> dict[str, ColumnOf]:
     return columns
 
 
-def joined(columns: Mapping[str, ColumnOf], observables: Iterable[str]) -> dict[str, Estimate]:
-    """Return observables by name along the axis of columns; those that no column has are left out."""
+def joined(
+    columns: Mapping[str, ColumnOf], observables: Iterable[str], directions: Sequence[float] = ()
+) -> dict[str, Estimate]:
+    """Return observables by name along the axes of columns and `directions`; those that no column has are left out."""
     estimates = {}
     for name in observables:
         found = {(k,): column(name) for k, column in enumerate(columns.values())}
-        pieces = {place: one for place, one in found.items() if one is not None}
+        pieces = {
+            place: one.by_direction(directions) for place, one in found.items() if one is not None
+        }
         if pieces:
             estimates[name] = concat(pieces, {"column": np.array([*columns])})
     return estimates
@@ -78,6 +82,8 @@ def with_share(scene: Scene, predicted: Predicted, observable: str, share: Array
         return (predicted[FLASH] + prediction.background(scene)) * share
     if observable not in OBSERVABLES:
         return None
+    if scene.directions and OBSERVABLES[observable].per_speed:  # no theory in one direction
+        return np.full(len(scene.speeds), np.nan)
     heated = OBSERVABLES[observable].heated
     return predicted[observable] * share if heated else predicted[observable]
 

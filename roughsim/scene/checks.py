@@ -259,6 +259,36 @@ def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) 
         )
 
 
+def check_lay(
+    faces: Mapping[str, SurfaceSection],
+    sliding: SlidingSection,
+    lengths: tuple[float, float] | None,
+) -> None:
+    """Refuse faces of two lays, and a lay where contact slides or the sides of the cell, m, are given."""
+    lays = {name: face.grooves for name, face in faces.items()}
+    if len({*lays.values()}) > 1:
+        each = " and ".join(
+            f"{name}.lay = {lay:g} at {math.degrees(angle):.4g}°"
+            for name, (lay, angle) in lays.items()
+        )
+        raise ValueError(
+            f"{each} differ, and only faces of one lay are drawn together; give both the same, or press maps of them"
+        )
+    ((lay, _),) = {*lays.values()}
+    if lay == 1.0:
+        return
+    if sliding.history == SLIDING:
+        raise ValueError(
+            f'surface.lay = {lay:g} does not go with sliding.history = "sliding", which follows isotropic faces; write '
+            '"frozen"'
+        )
+    if lengths is not None:
+        raise ValueError(
+            f"numerics.lengths = {lengths[0]:.6g} m does not go with surface.lay = {lay:g}, which stretches a cell of "
+            "equal sides; leave it to the plan"
+        )
+
+
 def check_levels(
     levels: Sequence[Level], faces: Sequence[Face], history: str, elastic: bool
 ) -> None:

@@ -18,6 +18,7 @@ from roughsim.scene.checks import (
     check_heat_partition,
     check_history,
     check_junction_growth,
+    check_lay,
     check_levels,
     check_load,
     check_nominal_contact,
@@ -49,6 +50,8 @@ from roughsim.show.text import marked
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 from roughsim.surface.topography import Texture
+
+_DIRECTIONS = (0.0, math.pi / 4, math.pi / 2)  # of a face with a lay, if the scene gives none
 
 
 class Layers(NamedTuple):
@@ -120,6 +123,7 @@ class Scene(Record):
         check_camera(self.camera, sliding)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
+        check_lay(self.sections_of_rough_faces, sliding, self.numerics.lengths)
         check_levels(self.numerics.levels or (), self.faces, sliding.history, self.elastic)
         _check_derived(self)
         if self.camera is not None:
@@ -133,6 +137,11 @@ class Scene(Record):
         if len(faces) == 1:
             return faces[0]
         return faces[0].scaled(2.0) if faces[0] is faces[1] else faces[0] + faces[1]
+
+    @property
+    def rms_slope(self) -> float:
+        """√⟨|∇h|²⟩ of the faces together, with their lay."""
+        return self.spectrum.rms_slope * steeper(self.lay)
 
     @cached_property  # asked for with each spectrum, and by two faces that slide
     def faces(self) -> tuple[Face, ...]:
@@ -230,6 +239,34 @@ class Scene(Record):
         return {"body": self.body, **counterface}
 
     @property
+    def grooves(self) -> tuple[float, float]:
+        """The lay of the rough faces, and the direction of its grooves, radians from x; (1, 0) of isotropic ones."""
+        return self.surface.grooves
+
+    @property
+    def lay(self) -> float:
+        """γ, the ratio of lengths along the grooves and across; 1 is isotropic."""
+        return self.grooves[0]
+
+    @property
+    def directions(self) -> tuple[float, ...]:
+        """Directions of sliding with results of their own, radians from x; none of isotropic faces."""
+        return (self.sliding.direction or _DIRECTIONS) if self.lay > 1.0 else ()
+
+    @property
+    def headings(self) -> tuple[float, ...] | None:
+        """The direction of each entry of `speeds`, radians from the grooves; None of isotropic faces."""
+        start, each = self.grooves[1], len(self.sliding.speed)
+        turned = (math.remainder(angle - start, math.tau) for angle in self.directions)
+        return tuple(angle for angle in turned for _ in range(each)) or None
+
+    @property
+    def sections_of_rough_faces(self) -> dict[str, SurfaceSection]:
+        """The sections with a roughness of their own, by their names."""
+        faces = self.sections_of_faces.items()
+        return {name: face for name, face in faces if face.rough}
+
+    @property
     def sections_of_faces(self) -> dict[str, SurfaceSection]:
         """The sections that may have a roughness, by their names."""
         counterface = {"counterface": self.counterface} if self.counterface is not None else {}
@@ -290,8 +327,15 @@ class Scene(Record):
 
     @property
     def speeds(self) -> tuple[float, ...]:
-        """Sliding speeds, m/s."""
-        return self.sliding.speed
+        """Speed of each result, m/s: all speeds in the first of the `directions`, then all in the next."""
+        return self.sliding.speed * max(len(self.directions), 1)
+
+    @property
+    def cases(self) -> list[dict[str, float]]:
+        """The labels of each entry of `speeds`: its "speed", m/s, and of faces with a lay its "direction", radians."""
+        each = [{"speed": speed} for speed in self.sliding.speed]
+        turned = [{"direction": angle, **one} for angle in self.directions for one in each]
+        return turned or each
 
     @property
     def bodies(self) -> tuple[BodySection | CounterfaceSection, ...]:
@@ -326,6 +370,8 @@ class Scene(Record):
         if not self.tables:
             left_out |= {"body.temperature", "counterface.temperature"}
             left_out.add("sliding.background_temperature")
+        if self.sliding.direction is not None and len(self.sliding.direction) == 1:
+            (flat["sliding.direction"],) = self.sliding.direction  # as older runs have it
         if self.distribution:
             flat["observables.temperature_distribution"] = True
         return {key: value for key, value in flat.items() if key not in left_out}
@@ -346,7 +392,7 @@ class Scene(Record):
     @property
     def remarks(self) -> list[Remark]:
         """Warnings of steep slopes and of numbers that are probably mistakes; `plan` and `theory` have more."""
-        return most_serious_first([*steepness(self.spectrum.rms_slope), *self.slips])
+        return most_serious_first([*steepness(self.rms_slope), *self.slips])
 
     def __repr__(self) -> str:
         return "\n".join([f"<Scene {self.title or 'untitled'}>", *marked(self.remarks)])
@@ -391,7 +437,13 @@ def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
     shape["roll_off_exponent"] = face.roll_off_exponent or 0.0
     if face.rms_height is not None:
         return SelfAffineSpectrum.from_rms_height(face.rms_height, **shape)
-    return SelfAffineSpectrum.from_rms_slope(face.rms_slope, **shape)  # type: ignore[arg-type]
+    slope = (face.rms_slope or 0.0) / steeper(face.lay or 1.0)
+    return SelfAffineSpectrum.from_rms_slope(slope, **shape)
+
+
+def steeper(lay: float) -> float:
+    """Return the rms slope of a surface with a lay over that of the isotropic one that it stretches."""
+    return math.sqrt((lay + 1.0 / lay) / 2.0)
 
 
 def _check_derived(scene: Scene) -> None:
@@ -399,7 +451,7 @@ def _check_derived(scene: Scene) -> None:
     try:
         derived = [
             ("rms height", scene.spectrum.rms_height, "m"),
-            ("rms slope", scene.spectrum.rms_slope, ""),
+            ("rms slope", scene.rms_slope, ""),
             ("effective modulus", scene.effective_modulus, "Pa"),
         ]
         for name, body in zip(

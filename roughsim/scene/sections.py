@@ -5,6 +5,7 @@ A key that is left out is None, or has the default given here. The section [nume
 
 import re
 from collections.abc import Mapping, Sequence
+from math import pi, remainder, tau
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, model_validator
@@ -52,7 +53,7 @@ _SIZE_KEYS = (
     "spectrum",
 )  # one of them gives the roughness of a face
 _PSD_KEYS = ("psd_convention", *MEASURED_KEYS)  # they go with `psd`
-ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS)
+ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS, "lay", "lay_direction")
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys of the end of a run, of kept fields, and of sources and warnings: they change no number
 NOT_IDENTITY = (
@@ -64,7 +65,10 @@ NOT_IDENTITY = (
     "counterface.melting_temperature",
     *(f"{face}.{key}" for face in ("surface", "counterface") for key in MEASURED_KEYS),
 )
+_SAME_ANGLE = 1e-9  # rad
 _TURN = 6.2832  # rad, 360° rounded up
+_LONGEST_LAY = 20.0  # the longest grooves whose ends a cell still has
+_ANGLE = Quantity("rad", '"30 deg"', ge=-_TURN, le=_TURN)
 _WIDEST_BAND = 1e12  # q_max/q_min; a metre over the size of an atom is 1e10
 
 
@@ -113,6 +117,30 @@ def _check_speeds(speeds: tuple[float, ...]) -> tuple[float, ...]:
     return speeds
 
 
+def _check_directions(directions: tuple[float, ...]) -> tuple[float, ...]:
+    """Return directions, rad; refuse one that is there twice."""
+    for i, angle in enumerate(directions):
+        if any(abs(remainder(angle - other, tau)) < _SAME_ANGLE for other in directions[:i]):
+            raise ValueError(
+                f"[{i}] = {angle:.6g} rad is there twice, if not by another turn; remove one of the two"
+            )
+    return directions
+
+
+def _check_lay(lay: float) -> float:
+    """Return a lay; refuse one of less than 1, and grooves without end."""
+    if lay < 1.0:
+        instead = f"{1 / lay:.4g}, with lay_direction turned by 90 deg" if lay > 0.0 else "1"
+        raise ValueError(
+            f" = {lay:g} must be at least 1: it is the ratio of lengths along the grooves and across; write {instead}"
+        )
+    if lay > _LONGEST_LAY:
+        raise ValueError(
+            f" = {lay:g} must be at most {_LONGEST_LAY:g}: such grooves are longer than a map; press a map of the face"
+        )
+    return lay
+
+
 def _read_share(value: Any) -> float | str:
     """Read a share of the heat, or the name of a rule that gives it."""
     if not isinstance(value, str) or re.match(r"\s*[-+.0-9]", value):
@@ -154,6 +182,14 @@ def _check_roughness(face: "SurfaceSection") -> "SurfaceSection":
                 value = as_written(getattr(face, key), unit_of(type(face), key))
                 raise ValueError(f"{key} = {value} does not go with {fixed}; remove it")
     _check_table(face)
+    if face.lay_direction is not None and face.lay is None:
+        raise ValueError(
+            f"lay_direction = {face.lay_direction:.6g} rad goes with lay; add it or remove the direction"
+        )
+    if face.lay is not None and face.psd_source == "scan":
+        raise ValueError(
+            f"lay = {face.lay:g} does not go with a scan, which has a lay of its own; remove it"
+        )
     if sizes[0] in ("rms_height", "rms_slope"):
         _check_band(face)
     return face
@@ -275,6 +311,21 @@ class SurfaceSection(Record):
     roll_off_exponent: Annotated[float, Quantity("", "1.5", ge=0, le=4)] | None = None
     spectrum: Annotated[Any, BeforeValidator(_read_spectrum)] | None = None
     """The record of a C(q) of its own name and keys, in place of all others."""
+    lay: Annotated[float, Quantity("", "3"), AfterValidator(_check_lay)] | None = None
+    """γ, the ratio of lengths along the grooves and across: C is C(q) at (√γ q_along, q_across/√γ). None: isotropic."""
+    lay_direction: Annotated[float, _ANGLE] | None = None
+    """Of the grooves, from x towards y; None is along x."""
+
+    @property
+    def rough(self) -> bool:
+        """Whether the face has a roughness of its own keys."""
+        return True
+
+    @property
+    def grooves(self) -> tuple[float, float]:
+        """The lay, and the direction of the grooves, 0 ≤ angle < π; (1, 0) of an isotropic face."""
+        lay = self.lay or 1.0
+        return lay, (self.lay_direction or 0.0) % pi if lay > 1.0 else 0.0
 
     @classmethod
     def known_keys(cls) -> list[str]:
@@ -342,8 +393,13 @@ class SlidingSection(Record):
         tuple[Annotated[float, SPEED], ...], one_or_list(), AfterValidator(_check_speeds)
     ]
     """Sliding speeds; one number is a tuple of one."""
-    direction: Annotated[float, Quantity("rad", '"30 deg"', ge=-_TURN, le=_TURN)] | None = None
-    """Of sliding over a map that is pressed, from x towards y; no number of theory and drawn surfaces depends on it."""
+    direction: (
+        Annotated[
+            tuple[Annotated[float, _ANGLE], ...], one_or_list(), AfterValidator(_check_directions)
+        ]
+        | None
+    ) = None
+    """Of sliding over a face with a lay, or a map that is pressed, from x towards y; one number is a tuple of one."""
     heat_partition: Annotated[Annotated[float, _SHARE] | str, BeforeValidator(_read_share)] = "all"
     """Share of the heat into the moving body, or the rule by which it follows from both bodies."""
     duration: Annotated[float, Quantity("s", '"1 ms"', gt=0)] | None = None

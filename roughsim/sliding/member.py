@@ -67,6 +67,11 @@ class SlideProblem:
     shutter: Shutter | None = None  # of a camera that takes a picture at the end of each speed
 
     @property
+    def cell(self) -> Grid:
+        """The grid of the contact: faces that slide have no lay."""
+        return self.grid
+
+    @property
     def steps(self) -> int:
         """How many there are, each of one pixel."""
         return oblique_path(self.grid, max(self.distances)).steps
