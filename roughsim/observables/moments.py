@@ -14,7 +14,7 @@ or heat released in depth, F = |q| κT/q̇ of `roughsim.heat.skin`, and the aver
 
 import math
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -27,10 +27,10 @@ from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
-from roughsim.grid import Array, Complex, Grid, need_grid
-from roughsim.heat.periodic import MovingSource, moving, responses, unit_vector
-from roughsim.heat.precision import need_resolved
+from roughsim.grid import Array, Grid, need_grid
+from roughsim.heat.periodic import MovingSource, moving, unit_vector
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
+from roughsim.observables.directed import sums_in_directions
 from roughsim.observables.stress_spectrum import (
     Gathering,
     StressSpectrum,
@@ -127,16 +127,21 @@ class HeatSource:
         """v/D at each speed, 1/m, with the sign of the speed."""
         return (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
 
-    @property
-    def sources(self) -> list[MovingSource]:
-        """The steady source at each speed; along x where there is no direction."""
-        at = np.broadcast_to(self.direction or 0.0, len(self.speeds)).tolist()
-        return [
-            MovingSource((rate * ux, rate * uy), layers=layers)
-            for rate, (ux, uy), layers in zip(
-                self.rates, map(unit_vector, at), self.layers, strict=True
-            )
-        ]
+    def sources(self, grid: Grid) -> list[MovingSource]:
+        """Return the source at each speed, over half of a `grid` if it starts from rest; along x without a direction.
+
+        ValueError for a cell or a speed at which the heat is lost in rounding.
+        """
+        slid = None if self.from_rest else math.inf
+        each = np.broadcast(self.speeds, self.diffusivity, self.direction or 0.0)
+        found = []
+        for values, rate, layers in zip(each, self.rates, self.layers, strict=True):
+            speed, diffusivity, angle = map(float, values)
+            _, duration, _ = moving(grid, speed, diffusivity, angle, slid)
+            ux, uy = unit_vector(angle)
+            spread = diffusivity * float(duration)
+            found.append(MovingSource((rate * ux, rate * uy), spread, layers=layers))
+        return found
 
     @property
     def layers(self) -> tuple[Layering | None, ...]:
@@ -236,9 +241,7 @@ def measure(
         If the pressure is not a finite real field of `grid.shape`, or has no positive mean though it is not zero.
     """
     grid, sliding = _grid_and_source(contact, grid, sliding)
-    if sliding.direction is not None:
-        for speed, diffusivity in np.broadcast(sliding.speeds, sliding.diffusivity):
-            need_resolved(grid, float(speed), float(diffusivity))
+    sources = [] if sliding.direction is None else sliding.sources(grid)
     pressure = real_plane("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
     low, high = float(pressure.min()), float(pressure.max())  # NaN if any pressure is
     if not (math.isfinite(low) and math.isfinite(high)):
@@ -261,7 +264,7 @@ def measure(
     if sliding.direction is None:
         sums = sums_over_directions(spectrum, unseen, responses)
     else:
-        sums = _sums_in_directions(amplitude, grid, sliding)
+        sums = sums_in_directions(amplitude, grid, sources)
     # corrections for the pixels along the edges of the contact
     hardness = high if contact.plastic_fraction > 0.0 else math.inf
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
@@ -374,35 +377,3 @@ def sums_over_directions(
 def means_over_directions(q: Array, rate: float, layers: Layering | None) -> tuple[Array, Array]:
     """Return the means over directions of Re F and Re(i cosφ F) at wavenumbers, rad/m, for v/D = `rate` ≥ 0, 1/m."""
     return angular_means(rate / q) if layers is None else direction_means(q, rate, layers)
-
-
-def _sums_in_directions(amplitude: Complex, grid: Grid, sliding: HeatSource) -> Array:
-    """Return the same sums for sliding along `direction`: the moments of the periodic field, to rounding."""
-    qx, qy = grid.wavevectors
-    # an odd derivative of a wave at the Nyquist wavenumber vanishes on the points of the grid
-    ax, ay = (
-        np.where(2 * np.abs(np.rint(q * length / (2 * math.pi))) == n, 0.0, q)
-        for q, length, n in zip(grid.wavevectors, grid.lengths, grid.shape, strict=True)
-    )
-    sums = np.zeros((3, len(sliding.speeds)))
-    variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
-    for column, source in zip(sums.T, _sources_of(grid, sliding), strict=True):
-        rate = math.hypot(*source.drift) or 1.0  # at rest no response is odd
-        ux, uy = (part / rate for part in source.drift)
-        for rows, response in responses(grid, source):
-            even = variance[rows] * response.real
-            column[0] += np.sum(even)
-            column[1] += np.sum(variance[rows] * response.imag * (ux * ax[rows] + uy * ay))
-            column[2] += np.sum(even * (qx[rows] ** 2 + qy**2))
-    return sums
-
-
-def _sources_of(grid: Grid, sliding: HeatSource) -> Iterator[MovingSource]:
-    """Yield the source at each speed, from rest if it has slid half the chord of the cell."""
-    each = np.broadcast(sliding.speeds, sliding.diffusivity, sliding.direction or 0.0)
-    for source, (speed, diffusivity, angle) in zip(sliding.sources, each, strict=True):
-        if sliding.from_rest:
-            _, duration, _ = moving(grid, float(speed), float(diffusivity), float(angle))
-            yield source._replace(spread=float(diffusivity) * float(duration))
-        else:
-            yield source

@@ -130,9 +130,9 @@ def _check_directions(directions: tuple[float, ...]) -> tuple[float, ...]:
 def _check_lay(lay: float) -> float:
     """Return a lay; refuse one of less than 1, and grooves without end."""
     if lay < 1.0:
-        instead = f"{1 / lay:.4g}, with lay_direction turned by 90 deg" if lay > 0.0 else "1"
         raise ValueError(
-            f" = {lay:g} must be at least 1: it is the ratio of lengths along the grooves and across; write {instead}"
+            f" = {lay:g} must be at least 1: it is the ratio of lengths along the grooves and across; write "
+            f"{1 / lay:.4g}, with lay_direction turned by 90 deg"
         )
     if lay > _LONGEST_LAY:
         raise ValueError(
@@ -311,7 +311,7 @@ class SurfaceSection(Record):
     roll_off_exponent: Annotated[float, Quantity("", "1.5", ge=0, le=4)] | None = None
     spectrum: Annotated[Any, BeforeValidator(_read_spectrum)] | None = None
     """The record of a C(q) of its own name and keys, in place of all others."""
-    lay: Annotated[float, Quantity("", "3"), AfterValidator(_check_lay)] | None = None
+    lay: Annotated[float, Quantity("", "3", gt=0), AfterValidator(_check_lay)] | None = None
     """γ, the ratio of lengths along the grooves and across: C is C(q) at (√γ q_along, q_across/√γ). None: isotropic."""
     lay_direction: Annotated[float, _ANGLE] | None = None
     """Of the grooves, from x towards y; None is along x."""

@@ -228,6 +228,12 @@ def test_identity_leaves_out_no_key_but_those_that_change_no_number():
             f"[surface]\n{FACES[0]}\n[body]\n{warm}[counterface]\n{FACES[0]}\n{warm}{of_one}"
         )
     )
+    grooved = f"{FACES[0]}\nlay = 3\nlay_direction = 1"
+    scenes.append(
+        parse_scene(
+            f"[surface]\n{grooved}\n[body]\n{BODY}{TABLE}[counterface]\n{grooved}\n{BODY}{TABLE}{REST}"
+        )
+    )
     seen = set()
     for scene in scenes:
         keys = {name: getattr(scene, name) for name in SECTIONS[""].known_keys()}

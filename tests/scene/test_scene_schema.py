@@ -103,6 +103,8 @@ LIMITS = {
     "sliding.speed": ("m/s", [0, 1e5], [-1e-9]),
     "sliding.heat_partition": ("", [1e-9, 1], [0, 1.001]),
     "sliding.direction": ("rad", [-6.28, 0, 6.28], [-6.3, 30]),
+    "surface.lay": ("", *POSITIVE),
+    "surface.lay_direction": ("rad", [-6.28, 0, 6.28], [-6.3, 30]),
     "sliding.duration": ("s", *POSITIVE),
     "sliding.slid_distance": ("m", *POSITIVE),
     "sliding.background_temperature": ("K", *POSITIVE),
