@@ -193,6 +193,16 @@ class Estimate:
         shape = [len(labels) for labels in coords.values()]
         return self._mapped(lambda values: np.reshape(values, shape), coords)
 
+    def alike_in(self, directions: Sequence[float]) -> "Estimate":
+        """Return the estimate over the `directions` too, radians, if it depends on the speed but not on them."""
+        if not len(directions) or "direction" in self.dims or np.isnan(self.coords["speed"]).any():
+            return self
+        coords = {dim: labels for dim, labels in self.coords.items() if dim != "speed"}
+        coords |= {"direction": np.array(directions), "speed": self.coords["speed"]}
+        return self._mapped(
+            lambda values: np.repeat(values[..., None, :], len(directions), -2), coords
+        )
+
     def times(self, factor: Array | float) -> "Estimate":
         """Return the estimate of a product with an exact factor, such as a share of the heat."""
         budget = {name: part * np.abs(factor) for name, part in self.budget.items()}

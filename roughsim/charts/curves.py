@@ -1,6 +1,7 @@
 """Curves of scenes and runs beside one another: C(q), g_σ(r), and observables over the speed."""
 
 from collections.abc import Mapping, Sequence
+from math import degrees
 from pathlib import Path
 from textwrap import fill
 from types import MappingProxyType
@@ -72,6 +73,18 @@ class Entry(NamedTuple):
         columns = [] if first is None else first.coords["column"].tolist()
         return [column for column in columns if is_simulated(column)]
 
+    def by_direction(self) -> "list[Entry]":
+        """Return an entry for each direction of sliding with results of its own; itself if there is none."""
+        return [
+            Entry(
+                f"{self.label}, {degrees(angle):.4g}°",
+                self.scene.towards(angle),
+                self.run,
+                {name: one.sel(direction=angle) for name, one in self.results.items()},
+            )
+            for angle in self.scene.directions
+        ] or [self]
+
     def in_motion(self, observable: str, column: str) -> Estimate:
         """Return an observable of a column at the speeds above rest."""
         found = self.results[observable].sel(column=column)
@@ -87,11 +100,13 @@ def curves_chart(
 ) -> None:
     """Draw each quantity in a panel: PSD, CORRELATION, or an observable over the speed, of all entries.
 
+    Over the speed each direction of sliding with results of its own is an entry.
     One entry has a colour for each source: theories and columns. Several have a colour each, and sources differ by
     lines and markers; words beside the legend of a single run name its bands and the share of the heat. ValueError if a
     quantity has no curve for these entries; one run at rest has panels without axes.
     """
     several, one_run = len(quantities) > 1, len(entries) == 1 and entries[0].run is not None
+    whole, entries = entries, [part for entry in entries for part in entry.by_direction()]
     at_rest = any(_speeds(entry.scene).size == 0 for entry in entries)
     for quantity in quantities:
         if quantity not in (PSD, CORRELATION) and at_rest and not (several and one_run):
@@ -107,8 +122,9 @@ def curves_chart(
             if at_rest and quantity not in (PSD, CORRELATION):
                 axes.set_axis_off()
                 continue
-            for entry, colour in zip(entries, colours, strict=True):
-                _draw(axes, entry, quantity, colour)
+            alike = quantity in (PSD, CORRELATION) and len(whole) == 1
+            for entry, colour in zip(whole if alike else entries, colours, strict=not alike):
+                _draw(axes, entry, quantity, None if alike else colour)
             _name_axes(axes, entries, quantity)
         handles = _handles(panels, entries, colours, quantities)
         if several:
@@ -207,7 +223,7 @@ def theories(scene: Scene, observable: str) -> dict[str, tuple[Array, Array]]:
     The speeds are dense where a theory gives any speed, else the speeds of the scene.
     """
     speed, found = _speeds(scene), {}
-    if observable in DENSE:
+    if observable in DENSE and not scene.directions:
         # a table over temperature may end at the highest speed
         beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0
         speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)

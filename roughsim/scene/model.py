@@ -1,7 +1,7 @@
 """`Scene`: surfaces, bodies and sliding of one simulation, and the physics that combines the two bodies."""
 
 import math
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -252,6 +252,10 @@ class Scene(Record):
     def directions(self) -> tuple[float, ...]:
         """Directions of sliding with results of their own, radians from x; none of isotropic faces."""
         return (self.sliding.direction or _DIRECTIONS) if self.lay > 1.0 else ()
+
+    def towards(self, direction: float) -> Self:
+        """Return the scene with one direction of sliding, radians from x."""
+        return replace(self, sliding=replace(self.sliding, direction=(direction,)))
 
     @property
     def headings(self) -> tuple[float, ...] | None:

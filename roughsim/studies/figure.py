@@ -157,6 +157,7 @@ def _subtitle(choice: Choice, curves: Mapping[str, Estimate]) -> str:
     parts = []
     for name in reversed(AXES):
         labels = _labels(curves, name)
-        if AXES[name] and name not in (choice.x, choice.family) and len(labels) == 1:
-            parts.append(f"at {labels.pop():g} {AXES[name]}")
+        unit = words_of(name)[0].removeprefix(name).strip(", ")
+        if unit and name not in (choice.x, choice.family) and len(labels) == 1:
+            parts.append(f"at {value_text(name, labels.pop())} {unit}")
     return ", ".join(parts)

@@ -126,17 +126,30 @@ class StudyResults:
         return result
 
     @property
+    def _directions(self) -> tuple[float, ...]:
+        """Directions of all points, radians, in which isotropic faces have the same results; none if it is varied."""
+        each = (angle for _, run in self.results for angle in run.scene.directions)
+        return () if "sliding.direction" in self.keys else tuple(dict.fromkeys(each))
+
+    @property
     def column(self) -> str:
         """The simulated column of tables: capped, or elastic if no point has a hardness."""
         columns = [run.column(None) for _, run in self.results]
         return "capped" if "capped" in columns or not columns else columns[0]
 
     def results_at(self, point: Point, run: Run, observables: Sequence[str]) -> Results:
-        """Return observables of a point in the theories of all of C(q) and the simulated columns."""
+        """Return observables of a point in the theories of all of C(q) and the simulated columns.
+
+        An isotropic face has the directions of the others. Where the direction is varied, it is no axis of the point.
+        """
         known = self._tables.setdefault(point.name, {})
         missing = [name for name in observables if name not in known]
         if missing:
-            known |= results_of(run, missing, estimated_columns(run))
+            found = results_of(run, missing, estimated_columns(run))
+            own = run.scene.directions
+            if "sliding.direction" in self.keys and len(own) == 1:
+                found = found.sel(direction=own[0])
+            known |= {name: one.alike_in(self._directions) for name, one in found.items()}
         return Results({name: known[name] for name in observables if name in known})
 
     def table(

@@ -1,6 +1,8 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
 from collections.abc import Collection, Iterable, Mapping
+from itertools import product
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -22,7 +24,9 @@ _PREFIXES = {  # SI unit of a key → factor, shown unit
     "m": (1e6, "µm"),
     "rad/m": (1.0, "1/m"),
     "J": (1.0 / ELECTRONVOLT, "eV"),
+    "rad": (180.0 / pi, "°"),
 }
+DIRECTION = "direction"  # axis of the results
 _NAMED = 4  # points that a note names
 _MOST_ROWS = 60  # of the table on a terminal
 _MISFIT = " *"  # mark of a point whose levels do not suit it
@@ -45,8 +49,9 @@ def words_of(key: str) -> tuple[str, float]:
     """
     number = key_quantity(key)
     factor, unit = 1.0, AXES.get(key, "")
-    if number is not None:
-        factor, unit = _PREFIXES.get(number.unit, (1.0, number.unit))
+    if number is not None or key == DIRECTION:
+        unit = "rad" if number is None else number.unit
+        factor, unit = _PREFIXES.get(unit, (1.0, unit))
     text = key.partition(".")[2].replace("_", " ") or key
     return (f"{text}, {unit}" if unit else text), factor
 
@@ -70,9 +75,11 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     shown = [by_column[source] for source in sources if source in by_column]
     unit = shown[0].unit if shown else UNITS[observable]
     marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
-    paired = [name for name in study.keys.values() if any(name == key for _, key in trends)]
+    paired = [name for name in study.keys.values() if any(name == key for _, key, _ in trends)]
+    parts = _by_direction(by_column)
     titles = [
         *(words_of(key)[0] for key in study.keys),
+        *([words_of(DIRECTION)[0]] if len(parts) > 1 or None not in parts else []),
         "n",
         *(with_unit(source, unit) for source in sources),
         *(f"∂ln/∂ln {name.replace('_', ' ')}" for name in paired),
@@ -82,11 +89,11 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
         columns.append(Column("note"))
     counts = _counts(study)
     rows: list[list[Cell]] = []
-    for point in study.points[:_MOST_ROWS]:
-        row: list[Cell] = [*_key_cells(study, point), counts[point.name]]
-        row += [_cell(by_column.get(source), point.place) for source in sources]
-        row += [_exponent(trends.get((point.name, name))) for name in paired]
-        rows.append([*row, _mark(by_column.values(), point.place)] if marks else row)
+    for point, (angle, values) in [*product(study.points, parts.items())][:_MOST_ROWS]:
+        row: list[Cell] = [*_key_cells(study, point), *_cells_of(angle), counts[point.name]]
+        row += [_cell(values.get(source), point.place) for source in sources]
+        row += [_exponent(trends.get((point.name, name, angle))) for name in paired]
+        rows.append([*row, _mark(values.values(), point.place)] if marks else row)
     notes = _notes(study, observable, _unknown_parts(shown), marks, trends)
     return Table(columns, rows, study.scene.title, notes)
 
@@ -96,10 +103,13 @@ def asked_table(study: StudyResults) -> Table | None:
     found: dict[str, dict[str, Estimate]] = {}  # quantity → column → its values at the points
     for name, about in ABOUT.items():
         by_column = _at_highest_speed(study, name)
-        numbers = [x for one in by_column.values() for x in one.coords[about].tolist()]
-        for number in dict.fromkeys(numbers):
-            title = with_unit(f"{name}, {number:.4g} {AXES[about]}", ASKED[name].unit)
-            found[title] = {source: one.sel(**{about: number}) for source, one in by_column.items()}
+        labels = [x for one in by_column.values() for x in one.coords[about].tolist()]
+        for number, (angle, values) in product(
+            dict.fromkeys(labels), _by_direction(by_column).items()
+        ):
+            at = "".join(f", {cell}°" for cell in _cells_of(angle))
+            title = with_unit(f"{name}, {number:.4g} {AXES[about]}{at}", ASKED[name].unit)
+            found[title] = {source: one.sel(**{about: number}) for source, one in values.items()}
     if not found:
         return None
     known = {source for by_column in found.values() for source in by_column}
@@ -112,8 +122,8 @@ def asked_table(study: StudyResults) -> Table | None:
     ]
     cells: list[list[Cell]] = []
     for title, point in lines[:_MOST_ROWS]:
-        values = (_cell(found[title].get(source), point.place) for source in sources)
-        cells.append([title, *_key_cells(study, point), *values])
+        numbers = (_cell(found[title].get(source), point.place) for source in sources)
+        cells.append([title, *_key_cells(study, point), *numbers])
     numbers_of = [*(words_of(key)[0] for key in study.keys), *sources]
     titles = [
         Column("at the highest speed", name=True),
@@ -135,6 +145,22 @@ def _at_highest_speed(study: StudyResults, observable: str) -> dict[str, Estimat
     return {name: one.sel(column=name) for one in found for name in one.known("column").tolist()}
 
 
+def _by_direction(
+    by_column: Mapping[str, Estimate],
+) -> dict[float | None, dict[str, Estimate]]:
+    """Return values by column in each direction of sliding, radians; by None where nothing depends on it."""
+    found = (one.coords[DIRECTION].tolist() for one in by_column.values() if DIRECTION in one.dims)
+    return {
+        angle: {name: one.sel(**{DIRECTION: angle}) for name, one in by_column.items()}
+        for angle in next(found, [None])
+    }
+
+
+def _cells_of(direction: float | None) -> list[str]:
+    """Return the cell of a direction of sliding, if there is one."""
+    return [] if direction is None else [value_text(DIRECTION, direction)]
+
+
 def _key_cells(study: StudyResults, point: Point) -> list[str]:
     """Return the value of each varied key at a point."""
     return [value_text(key, point.values[key]) for key in study.keys]
@@ -145,7 +171,7 @@ def _notes(
     observable: str,
     unknown: Collection[str],
     marks: Collection[str],
-    trends: Mapping[tuple[str, str], dict[str, Any]],
+    trends: Mapping[tuple[str, str, float | None], dict[str, Any]],
 ) -> list[str]:
     """Return the sentences below the table."""
     notes = [
@@ -166,10 +192,10 @@ def _notes(
 
 def _trends_at_highest_speed(
     study: StudyResults, observable: str
-) -> dict[tuple[str, str], dict[str, Any]]:
-    """Return the trends by point and name of the key."""
+) -> dict[tuple[str, str, float | None], dict[str, Any]]:
+    """Return the trends by point, name of the key, and direction."""
     trends = sorted(trends_of(study, observable, None), key=lambda trend: trend["speed"] or 0.0)
-    return {(trend["point"], trend["key"]): trend for trend in trends}
+    return {(trend["point"], trend["key"], trend.get(DIRECTION)): trend for trend in trends}
 
 
 def _counts(study: StudyResults) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """Trends of a study: the change of an observable between neighbours with the same surfaces."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from math import log, nan
 from typing import Any
@@ -22,7 +22,7 @@ def trends_of(study: StudyResults, observable: str, column: str | None) -> Itera
         for line in _lines_along(study, key):
             for before, point in pairwise(point for point in line if point.name in runs):
                 run, run_before = runs[point.name], runs[before.name]
-                if run.scene.speeds != run_before.scene.speeds or _surfaces(run) != _surfaces(
+                if run.scene.cases != run_before.scene.cases or _surfaces(run) != _surfaces(
                     run_before
                 ):
                     continue
@@ -54,8 +54,8 @@ def _changes(
     """
     ratio = paired_ratio(run, before, observable, column)
     kinds, kinds_before = _kinds(run, observable, column), _kinds(before, observable, column)
-    speeds = run.scene.speeds if OBSERVABLES[observable].per_speed else (None,)
-    for k, speed in enumerate(speeds):
+    no_speed: list[Mapping[str, float | None]] = [{"speed": None}]
+    for k, at in enumerate(run.scene.cases if OBSERVABLES[observable].per_speed else no_speed):
         value = ratio.mean[k]
         if not value > 0.0:
             continue
@@ -63,7 +63,7 @@ def _changes(
         exponent = float(np.log(value) / log_of_key)
         error = float(ratio.budget["statistical"][k] / (value * abs(log_of_key)))
         yield {
-            "speed": speed,
+            **at,
             "ratio": float(value),
             "standard_error": float(ratio.standard_error[k]),
             "total_error": float(ratio.total_error[k]),
@@ -77,7 +77,8 @@ def _kinds(run: Run, observable: str, column: str | None) -> list[tuple[tuple[st
     """Return the unknown parts and the note of each value: values that differ in them make no trend."""
     name = run.column(column)
     estimate = run.estimate(observable, name)
-    return [(estimate.unknown_at(k), str(note)) for k, note in enumerate(estimate.note)]
+    places = np.ndindex(estimate.mean.shape)
+    return [(estimate.unknown_at(*place), str(estimate.note[place])) for place in places]
 
 
 def _surfaces(run: Run) -> tuple[Any, ...]:
