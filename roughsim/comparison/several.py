@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -71,24 +72,26 @@ class Comparisons:
             dict.fromkeys(name for one in self.comparisons for name in one.rows[0].columns)
         )
         titles = [Column("observable", name=True)] if len(chosen) > 1 else []
-        titles += [Column("speed, m/s", name=True), Column("run", name=True)]
+        heads = {"speed, m/s", *(title for row in shown for title in row.heads)}
+        turned = sorted(heads, reverse=True)  # direction after speed
+        titles += [Column(title, name=True) for title in (*turned, "run")]
         titles += [Column(title, number=True) for title in (*THEORIES, *columns)]
         rows = []
         for name in chosen:
-            for speed in self._speeds(name):
-                for label, one in self._labelled:
-                    row = _row_at(one, name, speed)
-                    if row is not None:
-                        head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
-                        place = "" if speed is None else f"{speed:g}"
-                        rows.append([*head, place, label, *numbers_of(row, columns)])
+            for label, row in self._rows_of(name):
+                head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
+                places = (row.heads.get(each, "") for each in turned)
+                rows.append([*head, *places, label, *numbers_of(row, columns)])
         title = with_unit(chosen[0], *{row.unit for row in shown}) if len(chosen) == 1 else ""
         return Table(titles, rows, title, self._notes(shown))
 
-    def _speeds(self, title: str) -> list[float | None]:
-        """Return the speeds of an observable in any run, m/s, ascending; None for one without speeds."""
-        speeds = {row.speed for one in self.comparisons for row in one.rows if row.title == title}
-        return sorted(speeds, key=lambda speed: -1.0 if speed is None else speed)
+    def _rows_of(self, title: str) -> list[tuple[str, Row]]:
+        """Return the rows of an observable with the labels of their runs, by speed, then by direction."""
+        rows = [(label, row) for label, one in self._labelled for row in one.rows]
+        own = [(label, row) for label, row in rows if row.title == title]
+        return sorted(
+            own, key=lambda each: (each[1].speed or 0.0, each[1].about.get("direction", -inf))
+        )
 
     def _notes(self, rows: Sequence[Row]) -> list[str]:
         """Return the sentences below the table of some rows."""
@@ -122,9 +125,3 @@ class Comparisons:
             Entry(label, one.run.scene, one.run, one.results) for label, one in self._labelled
         ]
         curves_chart(path, entries, look=Look(csv=csv))
-
-
-def _row_at(comparison: Comparison, title: str, speed: float | None) -> Row | None:
-    """Return the row of an observable at a speed; None if the run does not have it."""
-    rows = (row for row in comparison.rows if row.title == title and row.speed == speed)
-    return next(rows, None)
