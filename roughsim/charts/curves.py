@@ -223,7 +223,7 @@ def theories(scene: Scene, observable: str) -> dict[str, tuple[Array, Array]]:
     The speeds are dense where a theory gives any speed, else the speeds of the scene.
     """
     speed, found = _speeds(scene), {}
-    if observable in DENSE and not scene.directions:
+    if observable in DENSE:
         # a table over temperature may end at the highest speed
         beyond = 1.5 if np.isinf(scene.temperature_range[1]) else 1.0
         speed = np.union1d(np.geomspace(speed.min() / 1.5, speed.max() * beyond, 60), speed)

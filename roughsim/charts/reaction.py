@@ -1,5 +1,6 @@
 """What a reaction feels: quantiles of the temperature, activation temperatures over energy, rates over speed."""
 
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -61,9 +62,12 @@ def reaction_lines(run: Run, column: str) -> dict[str, Lines]:
 
 
 def _results(run: Run, observables: list[str], column: str) -> Results:
-    """Return observables of a column, and of the calibrated theory; not beside the column sliding: it takes seconds."""
+    """Return observables of a column in the first direction, and of the calibrated theory.
+
+    That is not beside the column sliding: it takes seconds.
+    """
     chosen = [column] if column == SLIDING else [column, theories.CALIBRATED]
-    return columns.results_of(run, observables, chosen)
+    return columns.results_of(run, observables, chosen).sel(**run.scene.first_direction)
 
 
 def _lines(found: Estimate, along: str) -> Lines:
@@ -129,7 +133,9 @@ def _check_motion(subject: Subject) -> None:
 
 def _title(subject: Subject) -> str:
     dashed = "" if subject.column == SLIDING else "; dashed: calibrated theory"
-    words = f"{subject.column} contact, total errors 95 %{dashed}"
+    angles = subject.run.scene.first_direction.values()
+    at = "".join(f", sliding at {degrees(angle):.4g}°" for angle in angles)
+    words = f"{subject.column} contact{at}, total errors 95 %{dashed}"
     return under_title(subject.run.scene.title, words)
 
 
@@ -145,7 +151,8 @@ def _draw_hotter(axes: Axes, subject: Subject, lines: Lines) -> None:
         style = _ERRORS | {"color": own, "lw": 1.2, "label": label}
         axes.errorbar(one.mean, shares, xerr=one.total_error, **style)
     speed = max(subject.run.scene.speeds)
-    flash = subject.run.estimate("flash_temperature", subject.column).sel(speed=speed)
+    flash = subject.run.estimate("flash_temperature", subject.column)
+    flash = flash.sel(speed=speed, **subject.run.scene.first_direction)
     axes.axvline(float(flash.mean), color=colour, lw=1.0, ls="--")
     title = f"Share that is hotter, {speed:g} m/s"
     axes.set(yscale="log", xlabel="$T$, K", ylabel="% hotter than $T$", title=title)

@@ -37,7 +37,8 @@ def spectrum_chart(subject: Subject, path: Path) -> None:
 
 def _draw_roughness(axes: Axes, subject: Subject) -> None:
     """Draw C(q), the theory's C_sm(q), and the mean C(q) of the kept surfaces."""
-    run, grid, spectrum = subject.run, subject.grid, subject.run.scene.spectrum
+    run, spectrum = subject.run, subject.run.scene.spectrum
+    grid = run.numerics.grid(subject.level)  # before its lay stretches the surface
     draw_psd(axes, run.scene, 1.3)
     # modes whose Fourier cell lies inside the band as a whole
     half = np.pi * np.sqrt(2.0) / min(grid.lengths)
@@ -176,7 +177,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
         )
         values = np.concatenate([line.get_ydata() for line in right.lines[:2]])
         right.set(title="Long distances: negative part", xlim=(0, far[-1] * 1e6))
-        right.set_ylim(1.2 * values.min(), 0.1 * values.max())
+        right.set_ylim(1.2 * np.nanmin(values), 0.1 * np.nanmax(values))
         count = len(run.samples(subject.column)[0].rows)
         title = f"{count} realizations of the lowest level,\nband: statistical, 95 %"
         title = title if count > 1 else "one realization of the lowest level"

@@ -149,8 +149,13 @@ def _distances(run: Run) -> Field:
 
 
 def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
-    """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene."""
+    """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene.
+
+    Of faces with a lay they are in the first direction; so are `measured_curves`.
+    """
     scene, r = run.scene, _distances(run)
+    for angle in scene.first_direction.values():
+        scene = scene.towards(angle)
     speeds = np.geomspace(*speed_range(scene), 121)
     # of all the heat; a temperature of the moving body is in proportion to the share that it takes
     values = prediction.over_speed(scene, speeds)
@@ -164,13 +169,15 @@ def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
 
 def measured_curves(run: Run, column: str) -> dict[str, Estimate]:
     """Return the curves of a column by name; the run needs a sound realization."""
-    moving, r = [speed for speed in run.scene.speeds if speed > 0.0], _distances(run)
+    moving = [speed for speed in run.scene.sliding.speed if speed > 0.0]
+    r = _distances(run)
     found = correlation_of(run.samples(column), r)
     scatter = {"statistical": half_width(*spread_of(found))}
     correlation = Estimate.of(CORRELATION, "Pa^2", found.value, {"distance": r}, scatter)
     curves = {CORRELATION: correlation}
     for name in OVER_SPEED:
-        curves[name] = run.estimate(name, column).sel(speed=moving)  # a log axis has no zero
+        one = run.estimate(name, column).sel(**run.scene.first_direction)
+        curves[name] = one.sel(speed=moving)  # a log axis has no zero
     return curves
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from importlib import resources
-from math import isfinite
+from math import degrees, isfinite
 from pathlib import Path
 from string import Template
 
@@ -138,13 +138,15 @@ def answer(comparison: Comparison) -> Html:
         quotient = digits(replace(ratio, unit="1").number())
         tests.append(Html(f"{words} = {quotient}: {TESTS[name]}"))
     share = comparison.run.share_text()
+    angles = (x for axis, x in row.about.items() if axis == "direction")
+    at = f"{row.speed:g} m/s" + "".join(f", {degrees(angle):.4g}°" for angle in angles)
     caption = (
         "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
         "speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one by "
         "the calibrated stress spectrum. Bands are the total error, 95 %; of g(r) the statistical error, 95 %."
     )
     return joined(
-        tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {row.speed:g} m/s, with the heat share {share}:"),
+        tag("p", f"Flash temperature ⟨Tσ⟩/⟨σ⟩ at {at}, with the heat share {share}:"),
         tag("ul", *boxes, css="answer"),
         bullets(*tests),
         picture(comparison.chart, ".svg", caption),

@@ -99,7 +99,8 @@ def _values(run: Run) -> dict[str, Any]:
         "seconds_left": seconds_left(run),
         "until": run.until,
         "max_realizations": run.max_realizations,
-        "speed": list(run.scene.speeds),
+        "speed": list(run.scene.sliding.speed),
+        "direction": list(run.scene.directions),
         "estimates": {},
     }
 

@@ -19,9 +19,11 @@ from numpy.typing import ArrayLike
 
 import theory
 from roughsim.grid import Array
+from roughsim.prediction.lay import in_directions, stress_of
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction, steeper
 from roughsim.surface.spectrum import Spectrum
+from theory.lay import LayStress
 from theory.roots import root
 from theory.skin import ThermalBody, body_of
 
@@ -53,7 +55,8 @@ def pressure_arguments(scene: Scene) -> dict[str, float]:
 def law_arguments(scene: Scene) -> dict[str, Any]:
     """Return E*, σ₀ and σ_P, None of elastic contact, as arguments of the calibrated law."""
     hardness = None if scene.elastic else scene.penetration_hardness
-    return load_arguments(scene) | {"penetration_hardness": hardness}
+    modulus = {"effective_modulus": scene.effective_modulus}  # the law finds what a lay makes of it
+    return load_arguments(scene) | modulus | {"penetration_hardness": hardness}
 
 
 def stress_arguments(scene: Scene) -> dict[str, Any]:
@@ -349,6 +352,8 @@ def share_of(
         return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
     if bodies.counter_conductivity is None:
         return np.full(speed.shape, nan)
+    if scene.lay > 1.0:
+        return _share_of_lay(scene, rule, speed, stress_of_lay(scene, spectrum, stress), bodies)
     contact: dict[str, Any] = {"spectrum": spectrum} | stress_arguments(scene)
     if stress is not None:
         contact = {"stress_spectrum": stress, "nominal_pressure": scene.sliding.nominal_pressure}
@@ -369,6 +374,24 @@ def share_of(
     return np.asarray(share, dtype=np.float64)
 
 
+def _share_of_lay(
+    scene: Scene, rule: str, speed: Array, stress: LayStress, bodies: Conduction
+) -> Array:
+    """Return the share by the rule "mean" of faces with a lay, from T_flash of both bodies; NaN by "total"."""
+    if rule != "mean":
+        return np.full(speed.shape, nan)
+    moving = np.where(speed > 0.0, speed, _AT_REST)
+    other = Conduction(*bodies[2:4], layers=bodies.counter_layers)  # type: ignore[arg-type]
+    both = []
+    for body, slid in ((bodies, moving), (other, np.full(speed.shape, _AT_REST))):
+        heat = heat_arguments(1.0, body) | layer_arguments(body)
+        heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
+        at = headings_at(scene, slid)
+        flash = in_directions(("flash_temperature",), slid, at, stress, **heat)
+        both.append(flash["flash_temperature"] * (moving / slid))
+    return np.asarray(both[1] / (both[0] + both[1]))
+
+
 def _total_arguments(scene: Scene) -> dict[str, Any]:
     """Return what the rule "total" of the theory adds; bodies of two temperatures have one μ."""
     difference, sliding = scene.temperature_difference, scene.sliding
@@ -384,6 +407,20 @@ def _total_arguments(scene: Scene) -> dict[str, Any]:
 def headings_of_fields(scene: Scene) -> tuple[float, ...]:
     """Return the direction of each speed of a scene in fields, radians from x; of isotropic faces one for all."""
     return scene.headings or (scene.sliding.direction or (0.0,))[:1] * len(scene.speeds)
+
+
+def headings_at(scene: Scene, speeds: Array) -> Array:
+    """Return the direction at each speed, m/s, radians from the grooves: at speeds other than its own the first one."""
+    own = np.array(scene.headings)
+    return own if own.size == speeds.size else np.full(speeds.shape, own[0])
+
+
+def stress_of_lay(
+    scene: Scene, spectrum: Spectrum | None, stress_spectrum: Any = None
+) -> LayStress:
+    """Return the stress of faces with a lay by the theory, of all C_sm or of a `spectrum`, or by a law."""
+    whole = smoothed_spectrum(scene) if spectrum is None else spectrum
+    return stress_of(scene.lay, whole, stress_spectrum, **stress_arguments(scene))
 
 
 def heat_source(scene: Scene) -> HeatSource:

@@ -9,7 +9,7 @@ import numpy as np
 from roughsim.grid import Array
 from roughsim.prediction.areas import yield_wavenumber
 from roughsim.prediction.bodies import background, conduction, heat_partition
-from roughsim.prediction.theories import predictions
+from roughsim.prediction.theories import hot_spot_radius, predictions
 from roughsim.scene import Scene
 from roughsim.scene.model import steeper
 from roughsim.scene.slips import STEEP
@@ -111,7 +111,7 @@ def facts_of(scene: Scene, lengths: tuple[float, float]) -> Facts:
     if YIELDED * yields < spectrum.breaks[-1]:
         gentle = spectrum.truncated(q_max=YIELDED * yields)
     contact = float(theory["contact_fraction"][0])
-    radius = float(theory["correlation_radius_50"][0])
+    radius = hot_spot_radius(scene)
     return Facts(
         rms_height=spectrum.rms_height,
         rms_slope=scene.rms_slope,

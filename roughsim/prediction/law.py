@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import isinf
+from typing import Any
 
 import theory
 from roughsim.observables.catalogue import OBSERVABLES
@@ -18,14 +19,20 @@ _OF_YIELDING = (
     *("pressure_variance", "correlation_radius_50", "seen_rms", "seen_width"),
 )
 
+# of faces with a lay, whose stress the law gives in the stretched frame
+_OF_LAY = (
+    *("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length"),
+    *("heat_partition", "contact_fraction", "plastic_fraction"),
+)
+_LAY_BANDS = {"flash_temperature": 0.1}
+
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
     """The calibrated law of the stress spectrum for a scene, over the whole C(q)."""
 
-    stress_spectrum: (
-        YieldingSpectrum | None
-    )  # |σ_q|²(q), Pa² m²; None where the scene lies outside its range
+    # |σ_q|²(q), Pa² m², of faces with a lay in the stretched frame
+    stress_spectrum: YieldingSpectrum | None  # None where the scene lies outside its range
     observables: tuple[str, ...]  # observables by the law
     errors: dict[str, float]  # relative error bands by observable; T_flash is the first
     range: str  # "inside", or the number of the scene that lies outside, with the range that was compared
@@ -35,16 +42,24 @@ class Calibrated:
 def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
-    if scene.directions:
-        why = f"lay = {scene.lay:g}: contact is not alike in all directions"
-        return Calibrated(None, (), errors, why)
     try:
-        law = theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
+        law: Any
+        if scene.lay > 1.0:
+            of_lay = theory.lay.stress_of_lay(scene.spectrum, scene.lay, **law_arguments(scene))
+            law = of_lay.stress_spectrum
+        else:
+            law = theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
         theory.persson.stress_density(
             stress_spectrum=law
         )  # kept for all quantities; refuses integrals without limit
     except (ValueError, theory.quadrature.QuadratureError) as error:
         return Calibrated(None, (), errors, str(error).split(";")[0])
-    if isinf(law.penetration_hardness):
+    elastic = isinf(law.penetration_hardness)
+    if scene.lay > 1.0:
+        bands = (ELASTIC_BANDS if elastic else ERROR_BANDS) | _LAY_BANDS
+        return Calibrated(
+            law, _OF_LAY, {name: bands[name] for name in bands if name in _OF_LAY}, "inside"
+        )
+    if elastic:
         return Calibrated(law, tuple(OBSERVABLES), ELASTIC_BANDS, "inside")
     return Calibrated(law, _OF_YIELDING, ERROR_BANDS, "inside")

@@ -55,6 +55,8 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
     even, odd = _means_over_directions(speeds, bodies, q)
     temperature, gradient = even @ (stress / q), odd @ stress
     laplacian = -even @ (stress * q)
+    if scene.lay > 1.0:  # the sums in single directions are not there
+        temperature, gradient, laplacian = np.full((3, speeds.size), nan)
     rate = friction_coefficient(scene) * speeds / (bodies.conductivity * sliding.nominal_pressure)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
@@ -89,7 +91,11 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
             "contact_fraction": area,
         },
         sliding.nominal_pressure,
-        correlation_radius=StressSpectrum(q, stress, reach).correlation_radius,
+        correlation_radius=(
+            StressSpectrum(q, stress, reach).correlation_radius
+            if scene.lay == 1.0
+            else lambda _: nan
+        ),
         total=lambda weight: float(stress @ weight(q)),
         seen=lambda name: seen_by(scene, name, q, stress, reach),
     )

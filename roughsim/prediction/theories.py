@@ -16,15 +16,19 @@ from roughsim.observables.record import TheoryOfScene
 from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.bodies import (
     groups,
+    headings_at,
     heat_arguments,
     heat_partition,
+    heating,
     layer_arguments,
     modulus_of,
     smoothed_spectrum,
     stress_arguments,
+    stress_of_lay,
 )
 from roughsim.prediction.camera import seen_in
 from roughsim.prediction.law import calibrated
+from roughsim.prediction.lay import in_directions
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
@@ -72,12 +76,20 @@ def _integrated(scene: Scene, values: dict[str, Any], stress: dict[str, Any]) ->
     return TheoryOfScene(
         values,
         scene.sliding.nominal_pressure,
-        correlation_radius=lambda fraction: float(
-            theory.persson.correlation_radius(fraction, **stress)
+        correlation_radius=lambda fraction: (
+            nan if scene.lay > 1.0 else float(theory.persson.correlation_radius(fraction, **stress))
         ),
         total=total,
         seen=lambda name: seen_in(scene, name, pressed | stress),
     )
+
+
+def hot_spot_radius(scene: Scene) -> float:
+    """Return r at which g_σ(r) = g_σ(0)/2 in theory, m; of faces with a lay of circles with the area of hot spots."""
+    if scene.lay == 1.0:
+        return float(predictions(scene)["correlation_radius_50"][0])
+    stress = {"spectrum": smoothed_spectrum(scene), **stress_arguments(scene)}
+    return float(theory.persson.correlation_radius(0.5, **stress))
 
 
 def over_speed(
@@ -90,8 +102,11 @@ def over_speed(
 ) -> dict[str, Array]:
     """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, with all heat in the moving body.
 
-    They belong to the whole spectrum, to a `spectrum` C(q), or to a `stress_spectrum` |σ_q|².
+    They belong to the whole spectrum, to a `spectrum` C(q), or to a `stress_spectrum` |σ_q|². Of faces with a lay they
+    are in the directions of the scene at its own speeds, else in the first direction.
     """
+    if scene.lay > 1.0:
+        return _in_directions(scene, speeds, spectrum, stress_spectrum, names)
     if stress_spectrum is not None:
         stress = {
             "stress_spectrum": stress_spectrum,
@@ -110,8 +125,26 @@ def over_speed(
     return result
 
 
+def _in_directions(
+    scene: Scene,
+    speeds: Array,
+    spectrum: Spectrum | None,
+    stress_spectrum: YieldingSpectrum | None,
+    names: tuple[str, ...],
+) -> dict[str, Array]:
+    """Return `over_speed` of faces with a lay, whose bodies have one conduction."""
+    stress, constants = stress_of_lay(scene, spectrum, stress_spectrum), heating(scene, 0.0)
+    heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+    load = scene.sliding.nominal_pressure
+    return in_directions(
+        names, speeds, headings_at(scene, speeds), stress, nominal_pressure=load, **heat
+    )
+
+
 def correlation(scene: Scene, distance: Array) -> Array:
     """Return g_σ(r) over the whole spectrum, Pa², at distances in m. Eq. (2)"""
+    if scene.lay > 1.0:
+        return np.full(distance.shape, nan)  # there are two curves
     values: Array = theory.persson.pressure_correlation(
         distance, smoothed_spectrum(scene), **stress_arguments(scene)
     )
@@ -166,7 +199,7 @@ def calibrated_correlation(scene: Scene, distance: Array) -> Array:
     nothing = np.full(distance.shape, nan)
     return (
         nothing
-        if law is None
+        if law is None or scene.lay > 1.0
         else theory.persson.pressure_correlation(distance, stress_spectrum=law)
     )
 

@@ -82,8 +82,6 @@ def with_share(scene: Scene, predicted: Predicted, observable: str, share: Array
         return (predicted[FLASH] + prediction.background(scene)) * share
     if observable not in OBSERVABLES:
         return None
-    if scene.directions and OBSERVABLES[observable].per_speed:  # no theory in one direction
-        return np.full(len(scene.speeds), np.nan)
     heated = OBSERVABLES[observable].heated
     return predicted[observable] * share if heated else predicted[observable]
 

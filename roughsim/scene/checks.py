@@ -262,9 +262,13 @@ def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) 
 def check_lay(
     faces: Mapping[str, SurfaceSection],
     sliding: SlidingSection,
+    tables: Sequence[str],
     lengths: tuple[float, float] | None,
 ) -> None:
-    """Refuse faces of two lays, and a lay where contact slides or the sides of the cell, m, are given."""
+    """Refuse faces of two lays, and a lay where contact slides, a key has a table, or the sides of the cell are given.
+
+    `tables` are the keys with a table over temperature, `lengths` the sides, m.
+    """
     lays = {name: face.grooves for name, face in faces.items()}
     if len({*lays.values()}) > 1:
         each = " and ".join(
@@ -281,6 +285,11 @@ def check_lay(
         raise ValueError(
             f'surface.lay = {lay:g} does not go with sliding.history = "sliding", which follows isotropic faces; write '
             '"frozen"'
+        )
+    if tables:
+        raise ValueError(
+            f"surface.lay = {lay:g} does not go with a {tables[0]} that is a table over temperature: each direction would "
+            "have another value; give a number"
         )
     if lengths is not None:
         raise ValueError(

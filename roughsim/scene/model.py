@@ -123,7 +123,7 @@ class Scene(Record):
         check_camera(self.camera, sliding)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
-        check_lay(self.sections_of_rough_faces, sliding, self.numerics.lengths)
+        check_lay(self.sections_of_rough_faces, sliding, list(self.tables), self.numerics.lengths)
         check_levels(self.numerics.levels or (), self.faces, sliding.history, self.elastic)
         _check_derived(self)
         if self.camera is not None:
@@ -252,6 +252,11 @@ class Scene(Record):
     def directions(self) -> tuple[float, ...]:
         """Directions of sliding with results of their own, radians from x; none of isotropic faces."""
         return (self.sliding.direction or _DIRECTIONS) if self.lay > 1.0 else ()
+
+    @property
+    def first_direction(self) -> dict[str, float]:
+        """The label of the first direction with results of its own, for `Estimate.sel`; none of isotropic faces."""
+        return {"direction": self.directions[0]} if self.directions else {}
 
     def towards(self, direction: float) -> Self:
         """Return the scene with one direction of sliding, radians from x."""

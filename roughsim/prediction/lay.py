@@ -1,0 +1,75 @@
+"""Temperatures of faces with a lay in each direction of sliding, by a theory of the stress in the stretched frame."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import theory
+from roughsim.grid import Array
+from roughsim.surface.spectrum import Spectrum
+from theory.lay import LayStress
+
+_RATIOS = {  # √ or not of −T over another moment
+    "flash_width": ("flash_laplacian", 0.5),
+    "slope_length": ("flash_gradient", 1.0),
+}
+
+
+@dataclass(frozen=True)
+class _WeightedStress:
+    """|σ_q′|² of the theory, Pa² m², at q′, rad/m: of isotropic contact in the stretched frame."""
+
+    spectrum: Spectrum
+    effective_modulus: float  # in that frame
+    nominal_pressure: float
+    gamma: float
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Wavenumbers at which it begins, has kinks, and ends."""
+        return tuple(self.spectrum.breaks)
+
+    def __call__(self, q: Array) -> Array:
+        load = {"nominal_pressure": self.nominal_pressure, "gamma": self.gamma}
+        weight = theory.persson.stress_weight(
+            q.ravel(), self.spectrum, effective_modulus=self.effective_modulus, **load
+        )
+        square = (0.5 * self.effective_modulus * q) ** 2
+        return np.asarray(square * self.spectrum(q) * np.reshape(weight, q.shape))
+
+
+def stress_of(
+    lay: float,
+    spectrum: Spectrum | None,
+    stress_spectrum: Any = None,
+    **stress_arguments: float,
+) -> LayStress:
+    """Return the stress of a face with a lay: by a law in the stretched frame, or of C(q) by the theory.
+
+    In the theory all of it is in proportion to |q|, as in full contact; `stress_arguments` are of it.
+    """
+    if stress_spectrum is None:
+        return LayStress(_WeightedStress(spectrum, **stress_arguments), lay, 1.0)  # type: ignore[arg-type]
+    touching, yielded = stress_spectrum.contact_fraction, stress_spectrum.plastic_fraction
+    return LayStress(stress_spectrum, lay, theory.lay.exponent(touching, touching - yielded))
+
+
+def in_directions(
+    names: tuple[str, ...], speeds: Array, headings: Array, stress: LayStress, **heat: Any
+) -> dict[str, Array]:
+    """Return T_flash, T′, ∇²T, D_flash and d_flash by these names, each at a speed, m/s, in a direction, rad.
+
+    `heat` are the arguments of `theory.flash.flash_temperature` on the load, the heat and the body.
+    """
+    moments = {"flash_temperature"} if {*names} & {*_RATIOS} else set()
+    moments |= {_RATIOS.get(name, (name,))[0] for name in names}
+    found = {
+        name: np.asarray(getattr(theory.lay, name)(speeds, headings, stress, **heat))
+        for name in moments
+    }
+    with np.errstate(all="ignore"):  # 0/0 at rest
+        for name, (below, power) in _RATIOS.items():
+            if name in names:
+                found[name] = (-found["flash_temperature"] / found[below]) ** power
+    return {name: found[name] for name in names}
