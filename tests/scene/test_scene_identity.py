@@ -224,9 +224,7 @@ def test_identity_leaves_out_no_key_but_those_that_change_no_number():
     grooved = f"{FACES[0]}\nlay = 3\nlay_direction = 1"
     steel, load = f"{BODY}conductivity = 30\n", REST[: REST.index("heat_partition")]
     scenes.append(
-        parse_scene(
-            f"[surface]\n{grooved}\n[body]\n{steel}[counterface]\n{grooved}\n{steel}{load}"
-        )
+        parse_scene(f"[surface]\n{grooved}\n[body]\n{steel}[counterface]\n{grooved}\n{steel}{load}")
     )
     of_one = REST.replace("background_temperature = 300", "contact_radius = 1\ntrack_radius = 2")
     warm = f"temperature = 300\n{BODY}{TABLE}"

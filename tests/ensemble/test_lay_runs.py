@@ -1,0 +1,142 @@
+"""Faces with a lay in runs: exact cases, symmetries, and the axis of directions of the results."""
+
+from math import cos, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from conftest import FULL
+from small_scene import CAPPED
+
+import roughsim as rs
+from roughsim.planning.realization import level_problem
+from roughsim.scene import parse_scene
+from roughsim.scene.numerics import Numerics
+
+LENGTHS = "lengths = [2e-3, 2e-3]\n"
+FREE = CAPPED.replace(LENGTHS, "")
+LEVELS = parse_scene(CAPPED).numerics.levels
+
+
+def solved(text, lay="", level=1, **scene):
+    """A member of a scene, on the levels and the cell of the isotropic one."""
+    loaded = parse_scene(text.replace("[surface]\n", f"[surface]\n{lay}\n", 1))
+    numerics = Numerics(parse_scene(CAPPED).numerics.levels, (2e-3, 2e-3), tolerance=1e-6)
+    return rs.realize(loaded, numerics, seed=3, level=level)
+
+
+def test_lay_of_one_gives_the_bits_of_today():
+    plain, one = solved(FREE), solved(FREE, "lay = 1\nlay_direction = 0.3")
+    np.testing.assert_array_equal(one.contact.pressure, plain.contact.pressure)
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        np.testing.assert_array_equal(
+            getattr(one.observables, name), getattr(plain.observables, name)
+        )
+
+
+def test_lay_stretches_the_same_surface():
+    plain, grooved = solved(FREE), solved(FREE, "lay = 3")
+    np.testing.assert_array_equal(grooved.heights, plain.heights)
+    assert grooved.grid.lengths == pytest.approx((2e-3 * sqrt(3), 2e-3 / sqrt(3)))
+
+
+def test_hardness_alone_knows_no_lay():
+    rigid = FREE.replace('youngs_modulus = "200 GPa"', "youngs_modulus = 1e16")
+    plain, grooved = solved(rigid), solved(rigid, "lay = 4")
+    np.testing.assert_array_equal(grooved.contact.pressure > 5e8, plain.contact.pressure > 5e8)
+    np.testing.assert_allclose(grooved.contact.pressure, plain.contact.pressure, atol=1e3)
+
+
+def test_full_contact_sums_its_modes():
+    text = FULL.replace(LENGTHS, "").replace("hurst", "lay = 4\nhurst")
+    scene = parse_scene(text.replace("speed = [0, 0.001, 1, 35]", "speed = [1, 35]"))
+    numerics = Numerics(scene.numerics.levels, (2e-3, 2e-3), tolerance=1e-12)
+    member = rs.realize(scene, numerics, seed=3)
+    # in full contact σ_q = E*|q|h_q/2; its heat has run through half of the cell
+    lengths = 2e-3 * 2, 2e-3 / 2
+    heights = np.fft.fft2(member.heights) / member.heights.size
+    qx, qy = (2 * pi * np.fft.fftfreq(96, length / 96) for length in lengths)
+    qx, qy = np.meshgrid(qx, qy, indexing="ij")
+    square = qx**2 + qy**2
+    square[0, 0] = 1.0
+    stress = (0.5 * scene.effective_modulus) ** 2 * square * np.abs(heights) ** 2
+    stress[0, 0] = 0.0
+    diffusivity = 30 / (7900 * 500)
+    expected = []
+    for angle in (0.0, pi / 4, pi / 2):
+        ux, uy = cos(angle), sin(angle)
+        chord = min(lengths[0] / max(ux, 1e-9), lengths[1] / max(uy, 1e-9))
+        for speed in (1.0, 35.0):
+            root = np.sqrt(square - 1j * speed / diffusivity * (ux * qx + uy * qy))
+            grown = _erf(root * sqrt(diffusivity * chord / (2 * speed)))
+            heating = 0.11 * speed / (30 * scene.sliding.nominal_pressure)
+            expected.append(heating * float(np.sum(stress * (grown / root).real)))
+    np.testing.assert_allclose(member.observables.flash_temperature, expected, rtol=1e-6)
+
+
+def _erf(z):
+    """erf by its own series and asymptotic form, beside the product's."""
+    from scipy.special import wofz
+
+    return 1 - np.exp(-(z**2)) * wofz(1j * z)
+
+
+def test_problem_has_the_lay_of_its_scene():
+    scene = parse_scene(FREE.replace("[surface]\n", "[surface]\nlay = 3\n"))
+    numerics = Numerics(LEVELS, (2e-3, 2e-3))
+    problem = level_problem(scene, numerics, 1)
+    assert problem.grid == numerics.grid(1)
+    assert problem.cell == numerics.grid(1).stretched(3.0)
+    assert problem.sliding.direction == scene.headings
+    assert problem.sliding.from_rest
+
+
+@pytest.fixture(scope="module")
+def grooved_run(tmp_path_factory):
+    text = FREE.replace("[surface]\n", "[surface]\nlay = 3\n").replace(
+        "speed = [0, 0.1, 35]", 'speed = [0.1, 35]\ndirection = ["0 deg", "90 deg"]'
+    )
+    scene = parse_scene(text.replace("max_realizations = 6", "max_realizations = 4"))
+    return rs.run(scene, tmp_path_factory.mktemp("grooved") / "run", progress=False)
+
+
+def test_results_have_an_axis_of_directions(grooved_run):
+    found = grooved_run.estimate("flash_temperature")
+    assert found.dims == ("direction", "speed")
+    np.testing.assert_allclose(found.coords["direction"], [0.0, pi / 2])
+    along, across = found.mean[:, 1]
+    assert along > 1.2 * across > 0.0
+
+
+def test_comparison_has_rows_by_direction(grooved_run):
+    rows = [
+        row for row in rs.compare(grooved_run).to_dict()["rows"]
+        if row["observable"] == "flash_temperature"
+    ]  # fmt: skip
+    places = [(row["direction"], row["speed"]) for row in rows]
+    assert places == [(0.0, 0.1), (0.0, 35.0), (pi / 2, 0.1), (pi / 2, 35.0)]
+    found = grooved_run.estimate("flash_temperature").mean.ravel()
+    assert [row["capped"]["mean"] for row in rows] == found.tolist()
+    assert all(row["calibrated"] > 0.0 for row in rows)
+
+
+def test_members_are_exported_by_direction(grooved_run):
+    dataset = grooved_run.to_xarray()
+    assert dataset.flash_temperature.dims == ("level", "realization", "direction", "speed")
+    assert dataset.sizes["direction"] == dataset.sizes["speed"] == 2
+    stored = grooved_run.members[2, 0].numbers["flash_temperature"]
+    np.testing.assert_array_equal(dataset.flash_temperature[2, 0].values.ravel(), 0.9 * stored)
+
+
+def test_fields_have_the_stretched_cell(grooved_run):
+    level = grooved_run.picture()
+    x, y = grooved_run.grid(level).lengths
+    assert x / y == pytest.approx(3.0 * np.divide(*grooved_run.numerics.lengths))
+
+
+def test_theory_has_arrays_over_direction_and_speed(grooved_run):
+    values = rs.theory(grooved_run.scene).to_dict()
+    assert np.shape(values["calibrated"]["flash_temperature"]) == (2, 2)
+    assert np.shape(values["flash_temperature"]) == (2, 2)
+    assert (values["lay"], values["lay_direction"]) == (3.0, 0.0)
+    assert values["direction"] == [0.0, pi / 2]
+    assert values["speed"] == [0.1, 35.0]
