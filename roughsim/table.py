@@ -248,8 +248,10 @@ class Estimate:
         error = float(self.total_error[place]) if self.stated[place] else 0.0
         return Number(float(self.mean[place]), self.unit, error, self.unknown_at(*place))
 
-    def parts(self, place: tuple[int, ...], names: Iterable[str] | None = None) -> list[Number]:
-        """Return the parts of the error of an entry, and the value at the finest level minus the mean, for tables.
+    def parts(
+        self, place: int | tuple[int, ...], names: Iterable[str] | None = None
+    ) -> list[Number]:
+        """Return the parts of the error at `place`, and the value at the finest level minus the mean, for tables.
 
         `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
         """
@@ -259,7 +261,7 @@ class Estimate:
         return [Number(error, self.unit, digits=2) for error in errors]
 
     def heads(self, place: tuple[int, ...]) -> dict[str, str]:
-        """Return direction and speed of an entry as `heads_of`."""
+        """Return direction and speed of the entry of indices `place` as `heads_of`."""
         return heads_of(self.labels(place))
 
     def table(self) -> Table:
