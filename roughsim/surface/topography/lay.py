@@ -104,9 +104,7 @@ def _fitted(begin: Array, modes: _Modes, low: float, high: float) -> Lay:
     some = modes.thinned(_ENOUGH_MODES)
     simplex = begin + np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.2]])
     options: Any = {"initial_simplex": simplex, "xatol": 5e-3, "fatol": 5e-2}
-    best = minimize(
-        lambda stretch: _loss(stretch, some), begin.ravel(), method="Nelder-Mead", options=options
-    )
+    best = minimize(_loss, begin.ravel(), (some,), method="Nelder-Mead", options=options)
     evidence = max(_loss(np.zeros(2), some) - float(best.fun), 0.0)
     evident = evidence > _EVIDENT and some.ln_q.size >= _LEAST_MODES
     ratio = min(exp(float(np.hypot(*best.x))), _STRAIGHTEST) if evident else 1.0
