@@ -15,6 +15,7 @@ from roughsim.surface.spectrum import Spectrum
 _NEAR = 16.0  # cells closer to the origin than this many mode spacings are integrated in polar coordinates
 # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
 _MANY_BREAKS = 16
+_LEAST_SHARE = 1e-12  # of a mode in a directed spectrum
 
 
 def check_resolved(spectrum: Spectrum, grid: Grid) -> None:
@@ -53,7 +54,49 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks"
         )
     rows = np.arange(grid.shape[0])
-    return quadrant[np.minimum(rows, grid.shape[0] - rows)]
+    variance = quadrant[np.minimum(rows, grid.shape[0] - rows)]
+    if getattr(spectrum, "directed", False):
+        directed = variance * _directed_share(spectrum, grid, variance > 0.0)
+        # their sum is kept, to more digits than the shares have
+        sums = [float(np.sum(values * grid.multiplicity)) for values in (variance, directed)]
+        variance = directed * (sums[0] / sums[1])
+    return variance
+
+
+def _directed_share(spectrum: Any, grid: Grid, chosen: Mask) -> Array:
+    """Return ∫ C(q⃗) d²q / ∫ C(q) d²q over the Fourier cells of the chosen modes, shape `grid.half_shape`.
+
+    It is above 0, so that a stream of random phases gives each mode its own, whatever the directions.
+    """
+    vectors = np.broadcast_arrays(*grid.wavevectors)
+    near = grid.wavenumbers < _NEAR * max(grid.mode_spacing)
+    # a Nyquist mode stands for both its signs
+    limits = (
+        pi * n / side if n % 2 == 0 else np.inf
+        for n, side in zip(grid.shape, grid.lengths, strict=True)
+    )
+    edge = np.any(
+        [abs(q) > 0.999999 * limit for q, limit in zip(vectors, limits, strict=True)], axis=0
+    )
+    share = np.ones(grid.half_shape)
+    for cells, points in ((chosen & near, 8), (chosen & ~near, 3)):
+        nodes = list(zip(*np.polynomial.legendre.leggauss(points), strict=True))
+        directed, isotropic = np.zeros((2, np.count_nonzero(cells)))
+        for (a, weight_a), (b, weight_b) in product(nodes, nodes):
+            qx, qy = (
+                q[cells] + 0.5 * node * step
+                for q, node, step in zip(vectors, (a, b), grid.mode_spacing, strict=True)
+            )
+            q, angle, weight = np.hypot(qx, qy), np.arctan2(qy, qx), weight_a * weight_b
+            value = spectrum.at(q, angle)
+            both = edge[cells]
+            value[both] = 0.5 * (value[both] + spectrum.at(q[both], -angle[both]))
+            directed += weight * value
+            isotropic += weight * spectrum(q)
+        share[cells] = np.where(
+            isotropic > 0.0, directed / np.where(isotropic > 0.0, isotropic, 1.0), 1.0
+        )
+    return np.maximum(share, _LEAST_SHARE)
 
 
 def mean_over_cells(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim.errors import positive
+from roughsim.grid import Array
 
 
 class Spectrum(Protocol):
@@ -47,6 +48,11 @@ class Face(Spectrum, ABC):
         """Return the spectrum cut off at `q_max`, rad/m; ValueError if nothing is left."""
 
     @property
+    def directed(self) -> bool:
+        """Whether C depends on the direction of the wave: then `at(q, angle)` gives it."""
+        return hasattr(self, "at")
+
+    @property
     def rms_height(self) -> float:
         """√⟨h²⟩ = √(2π ∫ q C dq), m."""
         return sqrt(self.moment(0))
@@ -78,6 +84,16 @@ class SumSpectrum(Face):
     def __call__(self, q: ArrayLike) -> Any:
         """Return C(q) in m⁴ at wavenumbers in rad/m (any shape)."""
         return sum(term(q) for term in self.terms)
+
+    @property
+    def directed(self) -> bool:
+        """Whether a term depends on the direction of the wave."""
+        return any(term.directed for term in self.terms)
+
+    def at(self, q: Array, angle: Array) -> Array:
+        """Return C(q⃗), m⁴, at wavenumbers, rad/m, and angles, radians."""
+        terms = (term.at(q, angle) if term.directed else term(q) for term in self.terms)  # type: ignore[attr-defined]
+        return np.asarray(sum(terms))
 
     def moment(self, order: float) -> float:
         """Return 2π ∫ q^(1 + order) C(q) dq over the whole spectrum, m^(2 − order)."""
