@@ -74,7 +74,7 @@ def test_mode_variance_of_directions_is_the_integral(kind):
     variance = mode_variance(spectrum, GRID)
     for mode in [(4, 0), (0, 5), (3, 4), (-3, 4), (-7, 7), (12, 5), (-18, 9), (20, 2), (-4, 1)]:
         # Gauss points in a cell over which C(q⃗) has kinks or ends
-        expected = pytest.approx(integral(spectrum, mode), rel=0.01, abs=2e-3 * variance.max())
+        expected = pytest.approx(integral(spectrum, mode), rel=0.02, abs=2e-3 * variance.max())
         assert variance[mode] == expected
 
 
