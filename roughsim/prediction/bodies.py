@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.lay import in_directions, stress_of
+from roughsim.prediction.lay import StressOfTheory, in_directions
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction, steeper
 from roughsim.surface.spectrum import Spectrum
-from theory.lay import LayStress
+from theory.lay import LayStress, Weighted
 from theory.roots import root
 from theory.skin import ThermalBody, body_of
 
@@ -375,7 +375,7 @@ def share_of(
 
 
 def _share_of_lay(
-    scene: Scene, rule: str, speed: Array, stress: LayStress, bodies: Conduction
+    scene: Scene, rule: str, speed: Array, stress: Weighted, bodies: Conduction
 ) -> Array:
     """Return the share by the rule "mean" of faces with a lay, from T_flash of both bodies; NaN by "total"."""
     if rule != "mean":
@@ -415,12 +415,12 @@ def headings_at(scene: Scene, speeds: Array) -> Array:
     return own if own.size == speeds.size else np.full(speeds.shape, own[0])
 
 
-def stress_of_lay(
-    scene: Scene, spectrum: Spectrum | None, stress_spectrum: Any = None
-) -> LayStress:
+def stress_of_lay(scene: Scene, spectrum: Spectrum | None, stress_spectrum: Any = None) -> Weighted:
     """Return the stress of faces with a lay by the theory, of all C_sm or of a `spectrum`, or by a law."""
+    if stress_spectrum is not None:
+        return LayStress(stress_spectrum, scene.lay, scene.effective_modulus)
     whole = smoothed_spectrum(scene) if spectrum is None else spectrum
-    return stress_of(scene.lay, whole, stress_spectrum, **stress_arguments(scene))
+    return StressOfTheory.of(scene.lay, whole, **stress_arguments(scene))
 
 
 def heat_source(scene: Scene) -> HeatSource:

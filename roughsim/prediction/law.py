@@ -24,7 +24,6 @@ _OF_LAY = (
     *("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length"),
     *("heat_partition", "contact_fraction", "plastic_fraction"),
 )
-_LAY_BANDS = {"flash_temperature": 0.1}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +55,10 @@ def calibrated(scene: Scene) -> Calibrated:
         return Calibrated(None, (), errors, str(error).split(";")[0])
     elastic = isinf(law.penetration_hardness)
     if scene.lay > 1.0:
-        bands = (ELASTIC_BANDS if elastic else ERROR_BANDS) | _LAY_BANDS
-        return Calibrated(
-            law, _OF_LAY, {name: bands[name] for name in bands if name in _OF_LAY}, "inside"
-        )
+        bands = ELASTIC_BANDS if elastic else ERROR_BANDS
+        flash = theory.lay.error_band(scene.lay, bands["flash_temperature"])
+        areas = {name: bands[name] for name in bands if name in _OF_LAY[-2:]}
+        return Calibrated(law, _OF_LAY, {"flash_temperature": flash} | areas, "inside")
     if elastic:
         return Calibrated(law, tuple(OBSERVABLES), ELASTIC_BANDS, "inside")
     return Calibrated(law, _OF_YIELDING, ERROR_BANDS, "inside")

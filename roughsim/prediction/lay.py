@@ -1,14 +1,14 @@
 """Temperatures of faces with a lay in each direction of sliding, by a theory of the stress in the stretched frame."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 import theory
 from roughsim.grid import Array
 from roughsim.surface.spectrum import Spectrum
-from theory.lay import LayStress
+from theory.lay import Weighted
 
 _RATIOS = {  # √ or not of −T over another moment
     "flash_width": ("flash_laplacian", 0.5),
@@ -39,24 +39,29 @@ class _WeightedStress:
         return np.asarray(square * self.spectrum(q) * np.reshape(weight, q.shape))
 
 
-def stress_of(
-    lay: float,
-    spectrum: Spectrum | None,
-    stress_spectrum: Any = None,
-    **stress_arguments: float,
-) -> LayStress:
-    """Return the stress of a face with a lay: by a law in the stretched frame, or of C(q) by the theory.
+@dataclass(frozen=True)
+class StressOfTheory:
+    """The stress of a face with a lay by the theory, of C(q): all of it is in proportion to |q|, as in full contact."""
 
-    In the theory all of it is in proportion to |q|, as in full contact; `stress_arguments` are of it.
-    """
-    if stress_spectrum is None:
-        return LayStress(_WeightedStress(spectrum, **stress_arguments), lay, 1.0)  # type: ignore[arg-type]
-    touching, yielded = stress_spectrum.contact_fraction, stress_spectrum.plastic_fraction
-    return LayStress(stress_spectrum, lay, theory.lay.exponent(touching, touching - yielded))
+    stress_spectrum: Any  # |σ_q′|² in the stretched frame, Pa² m²
+    lay: float  # γ
+
+    @classmethod
+    def of(cls, lay: float, spectrum: Spectrum, **stress_arguments: float) -> Self:
+        """Return the stress of C(q′), with E* in the stretched frame, σ₀ and γ of the theory."""
+        return cls(_WeightedStress(spectrum, **stress_arguments), lay)
+
+    def own_share(self, q: Array) -> Array:
+        """Return 1: all of the stress is of waves at their own wavenumbers, q, rad/m."""
+        return np.ones_like(q)
+
+    def response(self, q: Array, ratio: Array) -> Array:
+        """Return the `ratio` of the true wavenumber to `q`, rad/m, at any of these."""
+        return np.broadcast_to(ratio, np.broadcast_shapes(q.shape, ratio.shape))
 
 
 def in_directions(
-    names: tuple[str, ...], speeds: Array, headings: Array, stress: LayStress, **heat: Any
+    names: tuple[str, ...], speeds: Array, headings: Array, stress: Weighted, **heat: Any
 ) -> dict[str, Array]:
     """Return T_flash, T′, ∇²T, D_flash and d_flash by these names, each at a speed, m/s, in a direction, rad.
 
