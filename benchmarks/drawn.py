@@ -4,7 +4,7 @@
 
 Ten scenes: six of one yielding face on a smooth flat or on its like, two of unlike yielding faces, two elastic. Each
 range is cut into as many strata as there are scenes that use it, one scene in each. `material_scenes` are three others,
-of known materials: wheel on rail, brass, and ice.
+of known materials: wheel on rail, brass, and ice; `soft_scenes` six of soft elastic bodies with wide spectra.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from roughsim.prediction import yield_wavenumber
 Array = NDArray[np.float64]
 SEED = 36
 SECOND_SEED = 1125  # judges changes that were found by measuring the scenes of the first
-ONE_FACE, UNLIKE, ELASTIC = 6, 2, 2
+ONE_FACE, UNLIKE, ELASTIC, SOFT = 6, 2, 2, 6
 # E, Pa, ν, σ_P, Pa, κ, W/(m K), ρ, kg/m³, c, J/(kg K), then ranges of σ₀/σ_P and of q_y/q_min
 MATERIALS = {
     "rail": ((206e9, 0.3, 3e9, 48.0, 7850.0, 480.0), (0.1, 0.3), (8.0, 30.0)),
@@ -178,6 +178,45 @@ def material_scenes(seed: int) -> dict[str, dict[str, Any]]:
             },
         }
         result[name] = yielding_at(sections, times * q_min)
+    return result
+
+
+def soft_scenes(seed: int) -> dict[str, dict[str, Any]]:
+    """Return the sections of six soft elastic bodies whose C(q) spans three to six decades, by name."""
+    draw = np.random.default_rng(seed)
+    ranges = {
+        "modulus": (3e6, 3e9),
+        "load": (0.003, 0.08),
+        "hurst": (0.5, 0.95),
+        "q_min": (200.0, 2e4),
+        "plateau": (1.01, 8.0),
+        "band": (1e3, 1e6),
+        "slope": (0.2, 1.5),
+        "conductivity": (0.15, 20.0),
+    }
+    drawn = {name: strata(draw, *ends, SOFT) for name, ends in ranges.items()}
+    result = {}
+    for k in range(SOFT):
+        of = {name: digits(values[k]) for name, values in drawn.items()}
+        roll_off = digits(of["q_min"] * of["plateau"])
+        material = {
+            "youngs_modulus": of["modulus"],
+            "poisson_ratio": 0.5,
+            "conductivity": of["conductivity"],
+            "density": 1200.0,
+            "heat_capacity": 1600.0,
+        }
+        face = {"hurst": of["hurst"], "q_min": of["q_min"], "q_roll_off": roll_off}
+        result[f"soft {k + 1}"] = {
+            "surface": face | {"rms_slope": of["slope"], "q_max": digits(of["q_min"] * of["band"])},
+            "body": material,
+            "counterface": {"conductivity": 1.5, "density": 2400.0, "heat_capacity": 900.0},
+            "sliding": {
+                "nominal_pressure": digits(of["load"] * of["modulus"] / 0.75 * of["slope"]),
+                "friction_coefficient": 0.5,
+                "speed": speeds(draw, material, 10.0 * roll_off),
+            },
+        }
     return result
 
 

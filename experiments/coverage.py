@@ -1,7 +1,7 @@
 """How many total errors hold the truth: runs of many seeds to a target against deep references of their own.
 
     OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N] [--evidence]
-        [--drawn SEED | --materials SEED]
+        [--drawn SEED | --materials SEED | --soft SEED]
 
 Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
 g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
@@ -10,7 +10,7 @@ squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
 FOLDER/deep-drawn-SEED.json, before the runs, and their rows into FOLDER/coverage-drawn-SEED.json. They have as many
 runs as ten minutes of CPU time allow, but at least eight. --materials are likewise a wheel on a rail, brass and ice, to
-2 %, with sixty runs each.
+2 %, with sixty runs each, and --soft six soft elastic bodies with wide spectra, to 5 %, with forty.
 """
 
 if (
@@ -38,7 +38,7 @@ import roughsim as rs
 from roughsim import prediction
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
-from drawn import drawn_scenes, material_scenes
+import drawn
 
 Array = NDArray[np.float64]
 Pair = tuple[Array, Array]  # value and relative standard error, (speeds,) or (1,)
@@ -62,7 +62,7 @@ def drawn_cases(seed: int) -> dict[str, make_deep.Case]:
     """Return the ten scenes that are drawn with a seed, each with the ladder of its reference, by name."""
     return {
         name: make_deep.case_of(rs.load_scene(sections))
-        for name, sections in drawn_scenes(seed).items()
+        for name, sections in drawn.drawn_scenes(seed).items()
     }
 
 
@@ -70,10 +70,27 @@ def material_cases(seed: int) -> dict[str, make_deep.Case]:
     """Return the wheel on a rail, brass and ice that are drawn with a seed, each with a ladder of a minute, by name."""
     cases = {
         name: make_deep.case_of(rs.load_scene(sections))
-        for name, sections in material_scenes(seed).items()
+        for name, sections in drawn.material_scenes(seed).items()
     }
     short = {"members": (240, 80, 8), "most_side": 1536}
     return {name: replace(case, first=case.first / 2, **short) for name, case in cases.items()}
+
+
+def soft_cases(seed: int) -> dict[str, make_deep.Case]:
+    """Return six soft bodies that are drawn with a seed, by name.
+
+    Their ladders climb up to 1024 q_roll_off: T_flash of fast sliding still rises there. The last steps are in a part
+    of a roll-off wave; a half changed steps by 5 % of the step.
+    """
+    cases = {}
+    for name, sections in drawn.soft_scenes(seed).items():
+        scene, face = rs.load_scene(sections), sections["surface"]
+        kink = face["q_roll_off"]
+        top = min(1024.0 * kink, face["q_max"])
+        first = top / 2 ** round(np.log2(top / (8.0 * kink)))
+        waves = 16.0 * face["q_min"] / kink
+        cases[name] = make_deep.Case(scene, waves, 2, first, top, (150, 160, 8), 1024)
+    return cases
 
 
 class Draw(NamedTuple):
@@ -88,6 +105,7 @@ class Draw(NamedTuple):
 DRAWS = {
     "drawn": Draw(drawn_cases, 0.01, 40, 600.0),
     "materials": Draw(material_cases, 0.02, 60, inf),
+    "soft": Draw(soft_cases, 0.05, 40, inf),
 }
 
 
@@ -282,6 +300,7 @@ def main() -> None:
     by.add_argument(
         "--materials", type=int, metavar="SEED", help="in their place a rail, brass and ice"
     )
+    by.add_argument("--soft", type=int, metavar="SEED", help="in their place soft elastic bodies")
     options = command.parse()
     if options.evidence and (options.toy or options.only):
         command.error("--evidence is of all scenes: leave --toy and --only out")

@@ -43,7 +43,7 @@ WAVES, SIDE, MEMBERS = 4, 384, 24  # of the cell, and of the grids; members of t
 YIELDS = np.geomspace(3.0, 1000.0, 4)  # q_min
 UNKNOWN = "nothing: unknown"
 WAYS = {
-    "by the law": "law of contact that yields",
+    "by the calibrated law": "calibrated law",
     "with the shape": "shape of the theory",
     "as q_c": "power",
     "towards its bound": "bound",

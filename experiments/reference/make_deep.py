@@ -98,7 +98,7 @@ class Case:
     """
 
     scene: rs.Scene
-    waves: int
+    waves: float
     parts: int
     first: float
     top: float

@@ -155,12 +155,12 @@ def continuation(scene: Scene, column: str, observable: str, levels: list[LevelM
     q = tuple(level.q_max for level in levels)
     record = OBSERVABLES[observable]
     followed = FLASH if record.as_flash else record.follows or observable
+    law = prediction.calibrated_flash(scene, column, q) if followed == FLASH else None
+    if law is not None:
+        return by_steps(levels, law) if record.as_flash else by_law(levels, law)
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:
         return by_shape(levels, theory, yields=column == "capped")
-    law = prediction.yielded_fall(scene, q[-2:]) if followed == FLASH else None
-    if law is not None:
-        return by_steps(levels, law) if record.as_flash else by_law(levels, law)
     alike = prediction.follows_power(scene, q)
     top, end = levels[-1].mean.value, scene.spectrum.breaks[-1]
     nothing = exact(np.zeros_like(top))

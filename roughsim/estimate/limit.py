@@ -36,7 +36,7 @@ def by_law(levels: list[LevelMean], law: Array) -> Mean:
     if len(levels) > 1:
         apart = np.nan_to_num(np.abs(rest.value - _by_steps(levels, law).value))
         error = np.minimum(np.hypot(apart, _OF_LAW * size), size)
-    return replace(rest, errors={"bandwidth": error}, way="by the law for contact that yields")
+    return replace(rest, errors={"bandwidth": error}, way="by the calibrated law")
 
 
 def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> Mean:
@@ -70,7 +70,7 @@ def by_steps(levels: list[LevelMean], law: Array) -> Mean:
         rest = _by_steps(levels, law)
         size = np.abs(rest.value)
         error = np.clip(np.abs(rest.value - alike.value), _OF_STEPS * size, size)
-    way = "by steps of the law of T_flash for contact that yields"
+    way = "by steps of T_flash by the calibrated law"
     return replace(rest, errors={"bandwidth": error}, way=way)
 
 

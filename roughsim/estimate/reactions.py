@@ -257,8 +257,8 @@ def law_of_flash(scene: Scene, column: str, samples: Sequence[Sample], end: floa
     q = tuple(sample.q_max for sample in samples if not is_refined(sample))
     if len(q) < 2 or q[-1] >= end * (1.0 - SAME):  # the rest of one level is that of T_flash
         return SETTLED
-    rises = prediction.continuation(scene, column, q, FLASH)
-    return prediction.yielded_fall(scene, q[-2:]) if rises is None else rises
+    law = prediction.calibrated_flash(scene, column, q)
+    return prediction.continuation(scene, column, q, FLASH) if law is None else law
 
 
 def rest_of(levels: list[LevelMean], law: Array | None) -> Mean:

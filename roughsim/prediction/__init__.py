@@ -19,13 +19,13 @@ from roughsim.prediction.bodies import (
 )
 from roughsim.prediction.camera import beyond_cell, camera_of, of_level, slid_distances
 from roughsim.prediction.cut_offs import (
+    calibrated_flash,
     continuation,
     follows_power,
     follows_theory,
     in_motion,
     slow,
     usual_exponent,
-    yielded_fall,
 )
 from roughsim.prediction.fields import drawn_pictures, frozen_fields, slid_fields
 from roughsim.prediction.law import calibrated
@@ -56,6 +56,7 @@ __all__ = [
     "beyond_cell",
     "calibrated",
     "calibrated_correlation",
+    "calibrated_flash",
     "calibrated_over_speed",
     "calibrated_predictions",
     "calibrated_share",
@@ -89,5 +90,4 @@ __all__ = [
     "stress_spectrum",
     "usual_exponent",
     "yield_wavenumber",
-    "yielded_fall",
 ]

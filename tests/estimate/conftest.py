@@ -20,8 +20,8 @@ def foretold(monkeypatch):
         given.calls.append(("theory", *about))
         return given.theory(*about) if callable(given.theory) else given.theory
 
-    def yielded_fall(scene, cut_offs):
-        given.calls.append(("law", cut_offs))
+    def calibrated_flash(scene, *about):
+        given.calls.append(("law", *about))
         return given.law
 
     def usual_exponent(scene, q_max):
@@ -31,7 +31,7 @@ def foretold(monkeypatch):
     def backgrounds(*about):
         return given.backgrounds or genuine["backgrounds"](*about)
 
-    for function in (continuation, yielded_fall, usual_exponent, backgrounds):
+    for function in (continuation, calibrated_flash, usual_exponent, backgrounds):
         monkeypatch.setattr(prediction, function.__name__, function)
     return given
 

@@ -53,7 +53,7 @@ def test_a_law_right_but_for_a_factor_gives_the_limit_and_a_share_of_what_follow
     follows = 1.03 * (fall(16.0) - fall(END))
     assert limit.value[0] == pytest.approx(-follows, rel=1e-12)
     assert limit.errors["bandwidth"][0] == pytest.approx(0.1 * follows, rel=1e-12)
-    assert limit.way == "by the law for contact that yields"
+    assert limit.way == "by the calibrated law"
 
 
 @pytest.mark.parametrize("unit", [100.0, -100.0])

@@ -359,6 +359,21 @@ def test_who_yields_beyond_the_cut_off_does_not_follow_the_theory_and_who_has_yi
     assert np.all(np.diff(found, axis=0) > 0)
 
 
+def test_elastic_contact_of_any_bandwidth_follows_the_law_and_one_of_too_light_load_does_not():
+    rock, rubber = rs.load_scene("granite"), rs.load_scene(RUBBER)
+    q = 2e4, 4e4
+    assert prediction.calibrated(rubber).stress_spectrum is None  # too light a load
+    found = prediction.calibrated_flash(rubber, "elastic", q)
+    assert found.shape == (3, 5)
+    theory = prediction.continuation(rubber, "elastic", q, "flash_temperature")
+    assert np.all(np.diff(found, axis=0) > 0.0)
+    assert np.all(found[2, :2] / found[1, :2] < theory[2, :2] / theory[1, :2])  # slow sliding
+    pressed = replace(rubber.sliding, nominal_pressure=0.1 * rubber.sliding.nominal_pressure)
+    assert prediction.calibrated_flash(replace(rubber, sliding=pressed), "elastic", q) is None
+    assert prediction.calibrated_flash(rock, "capped", (2e5, 4e5)) is None
+    assert prediction.calibrated_flash(rock, "smoothed", (2e5, 4e5)) is None
+
+
 @pytest.mark.parametrize(
     ("before", "now", "at_the_end", "follows", "bounded"),
     [
