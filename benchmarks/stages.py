@@ -41,7 +41,7 @@ STAGES = {
         "prediction:predictions",
         "prediction:mode_sums",
         "prediction:calibrated_predictions",
-        "prediction:yielded_fall",
+        "prediction:calibrated_flash",
     ],
 }
 TRANSFORMS = [
