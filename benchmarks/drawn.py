@@ -4,7 +4,8 @@
 
 Ten scenes: six of one yielding face on a smooth flat or on its like, two of unlike yielding faces, two elastic. Each
 range is cut into as many strata as there are scenes that use it, one scene in each. `material_scenes` are three others,
-of known materials: wheel on rail, brass, and ice; `soft_scenes` six of soft elastic bodies with wide spectra.
+of known materials: wheel on rail, brass, and ice; `soft_scenes` six of soft elastic bodies with wide spectra;
+`lay_scenes` twenty whose faces have a lay.
 """
 
 from __future__ import annotations
@@ -218,6 +219,24 @@ def soft_scenes(seed: int) -> dict[str, dict[str, Any]]:
             },
         }
     return result
+
+
+def lay_scenes(seed: int) -> dict[str, dict[str, Any]]:
+    """Return the sections of the scenes of two seeds, each with a lay of its own, sliding along, across and between."""
+    found = {
+        f"{name}, {part}": sections
+        for part in (1, 2)
+        for name, sections in drawn_scenes(seed + part).items()
+    }
+    draw = np.random.default_rng(seed)
+    for sections, lay in zip(found.values(), strata(draw, 1.5, 10.0, len(found)), strict=True):
+        along, between = draw.uniform(0.0, 180.0), draw.uniform(10.0, 80.0)
+        for name in ("surface", "counterface"):
+            if "hurst" in sections.get(name, {}):
+                sections[name] |= {"lay": digits(lay), "lay_direction": f"{along:.1f} deg"}
+        ways = (f"{along + turn:.1f} deg" for turn in (0.0, between, 90.0))
+        sections["sliding"] |= {"direction": list(ways), "speed": sections["sliding"]["speed"][::2]}
+    return found
 
 
 def main() -> None:

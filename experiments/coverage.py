@@ -1,7 +1,7 @@
 """How many total errors hold the truth: runs of many seeds to a target against deep references of their own.
 
     OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N] [--evidence]
-        [--drawn SEED | --materials SEED | --soft SEED]
+        [--drawn SEED | --materials SEED | --soft SEED | --lays SEED]
 
 Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
 g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
@@ -10,7 +10,8 @@ squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
 FOLDER/deep-drawn-SEED.json, before the runs, and their rows into FOLDER/coverage-drawn-SEED.json. They have as many
 runs as ten minutes of CPU time allow, but at least eight. --materials are likewise a wheel on a rail, brass and ice, to
-2 %, with sixty runs each, and --soft six soft elastic bodies with wide spectra, to 5 %, with forty.
+2 %, with sixty runs each, --soft six soft elastic bodies with wide spectra, to 5 %, with forty, and --lays twenty
+scenes of faces with a lay, to 3 %, with eight, judged in three directions.
 """
 
 if (
@@ -93,6 +94,17 @@ def soft_cases(seed: int) -> dict[str, make_deep.Case]:
     return cases
 
 
+def lay_cases(seed: int) -> dict[str, make_deep.Case]:
+    """Return twenty scenes of faces with a lay that are drawn with a seed, by name, with ladders of half a minute."""
+    cases = {
+        name: make_deep.case_of(rs.load_scene(sections))
+        for name, sections in drawn.lay_scenes(seed).items()
+    }
+    return {
+        name: replace(case, members=(120, 40, 6), most_side=1024) for name, case in cases.items()
+    }
+
+
 class Draw(NamedTuple):
     """Scenes that are drawn with a seed, and their runs."""
 
@@ -106,6 +118,7 @@ DRAWS = {
     "drawn": Draw(drawn_cases, 0.01, 40, 600.0),
     "materials": Draw(material_cases, 0.02, 60, inf),
     "soft": Draw(soft_cases, 0.05, 40, inf),
+    "lays": Draw(lay_cases, 0.03, 8, inf),
 }
 
 
@@ -142,7 +155,10 @@ def one_run(scene: rs.Scene, numerics: rs.Numerics, target: float, seed: int) ->
         ]
         estimates = {name: run.estimate(name) for name in names}
         row: dict[str, Any] = {
-            name: [found.mean.tolist(), found.total_error.tolist(), found.standard_error.tolist()]
+            name: [
+                part.ravel().tolist()
+                for part in (found.mean, found.total_error, found.standard_error)
+            ]
             for name, found in estimates.items()
         }
         parts = {
@@ -301,6 +317,7 @@ def main() -> None:
         "--materials", type=int, metavar="SEED", help="in their place a rail, brass and ice"
     )
     by.add_argument("--soft", type=int, metavar="SEED", help="in their place soft elastic bodies")
+    by.add_argument("--lays", type=int, metavar="SEED", help="in their place faces with a lay")
     options = command.parse()
     if options.evidence and (options.toy or options.only):
         command.error("--evidence is of all scenes: leave --toy and --only out")
