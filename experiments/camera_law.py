@@ -6,13 +6,18 @@ Contacts are drawn, elastic and yielding, in three kinds of pictures: of the con
 with an exposure, and of a line behind the straight edge of a contact as long as half the cell. Each is solved for
 several surfaces with the same C(q), and its pictures are taken in real space: a Gaussian filter, and a mean along
 sliding. Marches are drawn too: from rest a contact slides by a quarter of the cell, pixel by pixel in the end, and a
-camera on the body, or on the counterface, takes the mean over the last steps. The law has the calibrated stress
-spectrum of the same waves and the same slid distance. Scenes outside its range are drawn again. Printed: rms of the
-picture by the law over that of all surfaces.
+camera on the body, or on the counterface, takes the mean over the last steps. In slides the same contact heats both
+bodies step by step, with one temperature at each of its points, over half the cell; the one at rest conducts next to
+nothing. The law has the calibrated stress spectrum of the same waves and the same slid distance. Scenes outside its
+range are drawn again. Printed: rms of the picture by the law over that of all surfaces.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import repeat
 from math import inf, sqrt
 
 import figures
@@ -22,17 +27,22 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d, uniform_filter1d
 from script import Command, Row, Rows, show_on_pages, write_evidence
 
 import roughsim as rs
+from roughsim.observables.camera import Camera
+from roughsim.sliding.path import oblique_path
+from roughsim.sliding.pictures import Pictures, Shutter
+from roughsim.sliding.stepping import Motion, walk
 from theory import camera, plasticity
 
-SEED, CONTACTS, SURFACES, MARCHES = 600, 15, 24, 5
-FRAMES = "march, camera on the body", "march, camera on the counterface"
+SEED, CONTACTS, SURFACES, MARCHES, SLIDES = 600, 15, 24, 5, 6
+MARCHED = "march, camera on the body", "march, camera on the counterface"
+SLID = "slide, camera on the body", "slide, camera on the counterface"
 Point = tuple[str, float, float, float]  # kind of picture, v/Dq_r, ratio, its standard error
 SIGMA = 2 * sqrt(2 * np.log(2))  # FWHM of a Gaussian over its standard deviation
 
 
-def mean_square(one: Drawn, pressure: np.ndarray) -> float:
-    """Return the mean square of a picture of this pressure for μ = 1, K²."""
-    grid, flux = one.grid, one.speed * pressure
+def mean_square(one: Drawn, contact: rs.Contact) -> float:
+    """Return the mean square of a picture of this contact for μ = 1, K²."""
+    grid, flux = one.grid, one.speed * contact.pressure
     blur = [one.resolution / SIGMA / d for d in grid.spacing]
     if one.kind != "behind":
         field = rs.sliding_temperature(flux, grid, speed=one.speed, **one.body)
@@ -57,12 +67,12 @@ def steps(one: Drawn) -> tuple[int, int]:
     return max(2, round(pixels / step)), step
 
 
-def march(one: Drawn, pressure: np.ndarray) -> tuple[float, float]:
+def march(one: Drawn, contact: rs.Contact) -> tuple[float, float]:
     """Return the mean squares of the pictures from the body and from the counterface for μ = 1, K²."""
     grid, (count, step) = one.grid, steps(one)
     slid = grid.lengths[0] / 4 - np.arange(count)[::-1] * step * grid.spacing[0]
     fields = rs.sliding_temperature(
-        one.speed * pressure, grid, speed=one.speed, time=slid / one.speed, **one.body
+        one.speed * contact.pressure, grid, speed=one.speed, time=slid / one.speed, **one.body
     )
     moved = [np.roll(field, k * step, axis=0) for k, field in enumerate(fields)]
     blur = [one.resolution / SIGMA / d for d in grid.spacing]
@@ -74,15 +84,56 @@ def march(one: Drawn, pressure: np.ndarray) -> tuple[float, float]:
     return body, counterface
 
 
+def slides(count: int) -> list[Drawn]:
+    """Return fresh contacts, elastic and yielding in turns, with 8 pixels per wave and not too many points."""
+    drawn = [replace(one, pixels=8) for one in contacts(SEED + 2, 30 * count, ("exposed",))]
+    small = [one for one in drawn if one.grid.shape[0] <= 448]
+    kinds = [
+        [one for one in small if (one.hardness == inf) == elastic] for elastic in (True, False)
+    ]
+    return [one for pair in zip(*kinds, strict=False) for one in pair][:count]
+
+
+def slide(one: Drawn, contact: rs.Contact) -> tuple[float, float]:
+    """Return the same of a slide under a body at rest that takes next to no heat."""
+    grid, conductivity = one.grid, one.body["conductivity"]
+    path = oblique_path(grid, grid.lengths[0] / 2)
+    resting = rs.Body(1e-6 * conductivity, one.body["diffusivity"])
+    motion = Motion(one.speed, 1.0, rs.Body(**one.body), resting)
+    both = [
+        Pictures(grid, path, [path.steps], Shutter(Camera((), ()), (one.smear,), on_body))
+        for on_body in (True, False)
+    ]
+    for n, step in enumerate(walk(repeat(contact, path.steps + 1), grid, path, [motion])):
+        for pictures in both:
+            pictures.add(n, step)
+    blur = [one.resolution / SIGMA / d for d in grid.spacing]
+    fields = [np.fft.irfft2(each.spectra[0], grid.shape, norm="forward") for each in both]
+    body, counterface = (
+        float(np.var(gaussian_filter(field, blur, mode="wrap", truncate=6.0))) for field in fields
+    )
+    return body, counterface
+
+
+def slid_view(one: Drawn, frame: str) -> camera.View:
+    """Return the picture of a slide as the law takes it, as `marched_view`."""
+    end = oblique_path(one.grid, one.grid.lengths[0] / 2).distance[-1]
+    smear = one.smear if frame == SLID[0] else 0.0
+    return camera.View(one.resolution, smear, end - one.smear / 2)
+
+
 def marched_view(one: Drawn, frame: str) -> camera.View:
     """Return the picture of a march as the law takes it: the distance slid until the middle of the exposure."""
     (count, step), pixel = steps(one), one.grid.spacing[0]
     middle = one.grid.lengths[0] / 4 - (count - 1) / 2 * step * pixel
-    smear = count * step * pixel if frame == FRAMES[0] else 0.0
+    smear = count * step * pixel if frame == MARCHED[0] else 0.0
     return camera.View(resolution=one.resolution, smear=smear, slid_distance=middle)
 
 
-def seen(one: Drawn, seed: int, surfaces: int, *, marches: bool = False) -> Row:
+Taker = Callable[[Drawn, rs.Contact], float | tuple[float, float]]
+
+
+def seen(one: Drawn, seed: int, surfaces: int, taken: Taker, kinds: Sequence[str]) -> Row:
     """Return the rms of the pictures of several surfaces for μ = 1, K, and their relative standard errors."""
     grid, squares = one.grid, []
     solid = rs.Solid(one.modulus, one.hardness)
@@ -90,11 +141,10 @@ def seen(one: Drawn, seed: int, surfaces: int, *, marches: bool = False) -> Row:
         rng = np.random.default_rng([seed, k])
         heights = rs.synthesize(one.spectrum, grid, rng, amplitudes="fixed")
         contact = rs.solve_contact(heights, grid, solid, nominal_pressure=one.pressure)
-        taken = march if marches else mean_square
-        squares.append(np.atleast_1d(taken(one, contact.pressure)))
+        squares.append(np.atleast_1d(taken(one, contact)))
     means, scatter = np.mean(squares, axis=0), np.std(squares, axis=0, ddof=1)
     row: Row = {}
-    for kind, mean, apart in zip(FRAMES if marches else [one.kind], means, scatter, strict=True):
+    for kind, mean, apart in zip(kinds, means, scatter, strict=True):
         row[kind] = sqrt(mean)
         row[f"{kind}, error"] = float(apart / mean / 2 / sqrt(surfaces))
     return row
@@ -164,29 +214,37 @@ def summary(points: list[Point], name: str) -> dict[str, float]:
 
 
 def main() -> None:
-    options = Command(__file__, __doc__, "three contacts, a march, two surfaces of each").parse()
-    count, marches, surfaces = (3, 1, 2) if options.toy else (CONTACTS, MARCHES, SURFACES)
-    rows = Rows(options.output / f"pictures-{surfaces}.json", resume=True)
-    still, marched = [], []
-    for k, one in enumerate(contacts(SEED, count)):
-        row = rows.once("contacts", str(k), lambda one=one, k=k: seen(one, k, surfaces))
-        still.append(compared(one, row, one.kind, view(one)))
-    for k, one in enumerate(contacts(SEED + 1, marches, ("exposed",))):
-        row = rows.once(
-            "marches",
-            str(k),
-            lambda one=one, k=k: seen(one, k, max(2, surfaces // 2), marches=True),
-        )
-        marched += [compared(one, row, frame, marched_view(one, frame)) for frame in FRAMES]
-    numbers = summary(still, "contacts") | summary(marched, "marches") | of_steel()
+    options = Command(
+        __file__, __doc__, "three contacts, a march, a slide, two surfaces of each"
+    ).parse()
+    count, marches, slid, surfaces = (
+        (3, 1, 1, 2) if options.toy else (CONTACTS, MARCHES, SLIDES, SURFACES)
+    )
+    rows, half = (
+        Rows(options.output / f"pictures-{surfaces}.json", resume=True),
+        max(2, surfaces // 2),
+    )
+    tables = (
+        ("contacts", contacts(SEED, count), surfaces, mean_square, (), lambda one, _: view(one)),
+        ("marches", contacts(SEED + 1, marches, ("exposed",)), half, march, MARCHED, marched_view),
+        ("slides", slides(slid), half, slide, SLID, slid_view),
+    )
+    points, numbers = [], {}
+    for name, drawn, many, taken, frames, as_law in tables:
+        found = []
+        for k, one in enumerate(drawn):
+            kinds = frames or [one.kind]
+            row = rows.once(name, str(k), partial(seen, one, k, many, taken, kinds))
+            found += [compared(one, row, kind, as_law(one, kind)) for kind in kinds]
+        numbers |= summary(found, name)
+        points += found
+    numbers |= of_steel()
     print(*(f"{name}: {value:.4g}" for name, value in numbers.items()), sep="\n")
-    figures.camera_law(still + marched, options.output / "camera_law.png")
+    figures.camera_law(points, options.output / "camera_law.png")
     if options.evidence:
-        points = [
-            dict(zip(("kind", "speed", "ratio", "error"), p, strict=True)) for p in still + marched
-        ]
+        table = [dict(zip(("kind", "speed", "ratio", "error"), p, strict=True)) for p in points]
         command = "python experiments/camera_law.py --evidence"
-        write_evidence("camera_law", command, rows=points, numbers=numbers)
+        write_evidence("camera_law", command, rows=table, numbers=numbers)
         show_on_pages(options.output / "camera_law.png")
 
 

@@ -58,9 +58,11 @@ def camera_law(points: list[tuple[str, float, float, float]], path: Path) -> Non
     kinds = list(dict.fromkeys(point[0] for point in points))
     with new_figure(path, 2.8) as figure:
         axes = figure.subplots()
-        for kind, colour in zip(kinds, (BLUE, ORANGE, GREEN, PINK, SKY), strict=False):
+        colours = (BLUE, ORANGE, GREEN, PINK, SKY, PINK, SKY)
+        for kind, colour in zip(kinds, colours, strict=False):
             _, speed, ratio, error = zip(*[p for p in points if p[0] == kind], strict=True)
-            look = {"fmt": "o", "color": colour, "capsize": 2.5}
+            mark = "s" if kind.startswith("slide") else "o"
+            look = {"fmt": mark, "color": colour, "capsize": 2.5}
             axes.errorbar(speed, ratio, error, label=kind.replace("camera on the ", ""), **look)
         axes.axhline(1.0, color="0.4", lw=0.8)
         axes.set(xscale="log", xlabel="speed, $v/Dq_r$", ylabel="rms, law / simulation")
