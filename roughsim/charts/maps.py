@@ -20,7 +20,7 @@ from roughsim.charts.numbers import PART
 from roughsim.charts.style import FIELDS, Subject, new_figure, scaled
 from roughsim.errors import number
 from roughsim.grid import Array, Grid
-from roughsim.results.run import DERIVED_UNITS
+from roughsim.results.heated import DERIVED_UNITS
 from roughsim.scene import Scene
 
 Zoom = tuple[tuple[float, float], tuple[float, float]]  # ends along x and along y, m

@@ -14,7 +14,8 @@ from roughsim.charts.style import FIELDS, USUAL, Look, Subject, beside, check_en
 from roughsim.charts.temperature import distribution_chart, profile_chart
 from roughsim.errors import number
 from roughsim.estimate.asked import ABOUT
-from roughsim.results.run import DERIVED_UNITS, Run
+from roughsim.results.heated import DERIVED_UNITS
+from roughsim.results.run import Run
 from roughsim.results.snapshots import no_snapshots, pictured
 from roughsim.scene.numerics import SLIDING
 

@@ -25,7 +25,8 @@ from matplotlib.transforms import ScaledTranslation
 
 from roughsim.charts.numbers import write_numbers
 from roughsim.grid import Array, Grid
-from roughsim.results.run import DERIVED_UNITS, Run
+from roughsim.results.heated import DERIVED_UNITS
+from roughsim.results.run import Run
 from roughsim.show.text import plain
 
 MARK = "#00b7c7"  # of points on maps and of summits of the moving face: visible on white, blue, red and black

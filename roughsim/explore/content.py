@@ -225,8 +225,8 @@ class MemberFields:
         pressure, grid = self.pressure, self.grid
         if preview:
             pressure, grid = self.preview_pressure, self.preview_grid
-        seen = self.run.temperature if scene.camera is None else self.run.seen
-        field = seen(pressure, grid, speed, direction, self.column, scene)
+        name = "temperature" if scene.camera is None else "seen"
+        field = self.run.heated(name, pressure, grid, speed, direction, self.column, scene)
         # the heat that a pixel sets free is in proportion to its pressure
         contact = None if preview else contact_temperature(field, pressure)
         return Temperature(self, field, grid, speed, direction, scene, contact)

@@ -6,7 +6,7 @@ A warning has the value, the limit, and advice. The list of docs/limits.md has t
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from math import inf, isfinite, isnan, pi, prod, sqrt
+from math import hypot, inf, isfinite, isnan, pi, prod, sqrt
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.planning.levels import SIDE, cell_of
 from roughsim.prediction.bodies import conduction
+from roughsim.prediction.camera import side_of
 from roughsim.prediction.facts import YIELDED, Facts, facts_of, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import (
@@ -116,7 +117,7 @@ def judge(
         *_load_remarks(scene, known, numerics),
         *_heat_remarks(scene, known),
         *_nominal_contact_remarks(scene, known),
-        *_camera_remarks(scene),
+        *_camera_remarks(scene, side_of(hypot(*known.cell))),
         *_layer_remarks(scene, min(known.cell)),
         *_share_remarks(scene, known),
     ]
@@ -256,9 +257,18 @@ def _heat_remarks(scene: Scene, known: Facts) -> Remarks:
         )
 
 
-def _camera_remarks(scene: Scene) -> Remarks:
-    """Warn of a line so close behind a slow contact that heat goes along sliding, too."""
-    behind = None if scene.camera is None else scene.camera.behind
+def _camera_remarks(scene: Scene, side: float) -> Remarks:
+    """Warn of a blur over all of the cell, and of a line so close behind slow contact that heat goes along sliding."""
+    if scene.camera is None:
+        return
+    blur, behind = scene.camera.resolution, scene.camera.behind
+    if blur > side:
+        yield Remark(
+            "limit",
+            "camera resolution",
+            f"camera.resolution = {blur:.3g} m is above the side of the cell, {side:.3g} m: the waves that are seen are "
+            "missing, and seen_rms, seen_99, seen_width are unknown; look more sharply, or raise numerics.lengths",
+        )
     moving = [
         (speed * behind / diffusivity, speed)
         for speed, diffusivity in zip(scene.speeds, conduction(scene).diffusivity, strict=True)

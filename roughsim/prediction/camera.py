@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from functools import lru_cache
-from math import inf, nan, pi
+from math import inf, nan, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -105,14 +105,26 @@ def camera_of(scene: Scene) -> Any:
 
 
 def of_level(scene: Scene, record: Observable, sample: Sample) -> Array:
-    """Return the influence values of an observable at a level, with the camera of the scene where it needs one."""
-    if record.asked != CAMERA or record.stored:
+    """Return the influence values of an observable at a level, with the camera of the scene where it needs one.
+
+    NaN of a picture that the camera blurs over more than the cell.
+    """
+    if record.asked != CAMERA or scene.camera is None:
+        return record.of_level(sample)
+    if scene.camera.resolution > side_of(2.0 * sample.reach):
+        return np.full((len(sample.spectrum), len(scene.speeds)), nan)
+    if record.stored:
         return record.of_level(sample)
     from roughsim.observables import camera
 
     formula = camera.seen_rms if record.name == "seen_rms" else camera.seen_width
     values: Array = sample.values_of(record.name, lambda one: formula(one, camera_of(scene)))
     return values
+
+
+def side_of(diagonal: float) -> float:
+    """Return the side of a cell with this diagonal, m; of one that is longer than wide the root mean square."""
+    return diagonal / sqrt(2.0)
 
 
 def seen_by(scene: Scene, name: str, q: Array, stress: Array, reach: float) -> Array:

@@ -7,19 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from roughsim import prediction
-from roughsim.errors import RecordError, number
+from roughsim.errors import RecordError
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
 from roughsim.grid import Array, Grid
 from roughsim.observables.member import Member
 from roughsim.planning import limits
 from roughsim.prediction.statements import ByMean, takes_all
-from roughsim.results import pressed
+from roughsim.results import heated, pressed
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import RunDescription
+from roughsim.results.heated import Field
 from roughsim.results.members import Damaged, Members
 from roughsim.results.simulated import Estimates
 from roughsim.scene import Scene
@@ -27,18 +26,11 @@ from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Row, Table
 from roughsim.show.text import marked, plain
-from roughsim.store.member_files import KEPT_FIELDS, fields_path, read_fields
+from roughsim.store.member_files import fields_path, read_fields
 from roughsim.table import Estimate
 
 if TYPE_CHECKING:  # not among the packages that roughsim needs
     import xarray
-
-Field = NDArray[np.float32]
-DERIVED_UNITS = {
-    "heat_flux": "W/m^2",
-    "temperature": "K",
-    "seen": "K",
-}  # of fields that follow from the pressure and the speed
 
 
 class Run(Estimates):
@@ -289,7 +281,7 @@ class Run(Estimates):
         ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
         RecordError if a file is damaged.
         """
-        _check_field(name, speed, direction)
+        heated.check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))
         indices = self.kept(level, name)
         if not indices:
@@ -309,21 +301,20 @@ class Run(Estimates):
         direction: float = 0.0,
     ) -> Field:
         """Return one field of the kept realization `index` of a level; name, speed and direction as in `fields`."""
-        _check_field(name, speed, direction)
+        heated.check_field(name, speed, direction)
         path = fields_path(self.folder, level, index)
         stored = name if speed is None else "pressure"
         field = read_fields(path, (stored,))[1][stored]
         if speed is None:
             return field
         if name == "heat_flux":
-            return field * np.float32(prediction.heat_per_pressure(self.scene, speed))
+            return heated.heat_flux(self.scene, field, speed)
         column = self.numerics.levels[level].column
-        if name == "seen":
-            return self.seen(field, self.grid(level), speed, direction, column)
-        return self.temperature(field, self.grid(level), speed, direction, column)
+        return self.heated(name, field, self.grid(level), speed, direction, column)
 
-    def temperature(
+    def heated(
         self,
+        name: str,
         pressure: Field,
         grid: Grid,
         speed: float,
@@ -331,54 +322,17 @@ class Run(Estimates):
         column: str | None = None,
         scene: Scene | None = None,
     ) -> Field:
-        """Return the temperature, K, by a pressure, Pa, on any grid; speed and direction as in `fields`.
+        """Return "temperature", or "seen", K, by a pressure, Pa, on any grid; speed and direction as in `fields`.
 
         The moving body takes the share of heat of a column. `scene` is the scene of the run with other layers on its
-        bodies.
+        bodies. ValueError for "seen" without a [camera].
         """
-        from roughsim.heat.periodic import (
-            sliding_temperature,
-        )  # slow to import: means need no transforms
-
-        layered = scene or self.scene
-        moving = prediction.conduction(layered, (abs(speed),)).each[0]
-        temperature: Field = sliding_temperature(
-            pressure * np.float32(prediction.heat_per_pressure(layered, speed)),
-            grid,
-            speed=speed,
-            conductivity=moving.conductivity,
-            diffusivity=moving.diffusivity,
-            **moving.layers._asdict(),
-            direction=direction,
-            slid_distance=self.numerics.slid_distance,
-        )
-        temperature *= np.float32(self.heat_share(speed, column, scene))
-        return temperature
-
-    def seen(
-        self,
-        pressure: Field,
-        grid: Grid,
-        speed: float,
-        direction: float = 0.0,
-        column: str | None = None,
-        scene: Scene | None = None,
-    ) -> Field:
-        """Return the temperature, K, as the camera of the scene sees it; ValueError without a [camera].
-
-        `pressure`, `grid`, `speed`, `direction`, `column` and `scene` as in `temperature`.
-        """
-        if self.scene.camera is None:
+        if name == "seen" and self.scene.camera is None:
             raise self.not_asked("seen")
-        from roughsim.observables.camera import pictures  # slow to import
-
-        layered = scene or self.scene
-        at_speed = replace(layered, sliding=replace(layered.sliding, speed=(abs(speed),)))
-        turned = direction if speed > 0.0 else direction + np.pi
-        camera = prediction.camera_of(at_speed)._replace(direction=turned)
-        (field,) = pictures(pressure, grid, prediction.heat_source(at_speed), camera)
-        heat = camera.heating[0] * float(pressure.mean()) * self.heat_share(speed, column, scene)
-        return np.asarray(field * np.float32(heat))
+        made = heated.seen if name == "seen" else heated.temperature
+        way = heated.Way(speed, direction, self.numerics.slid_distance)
+        share = self.heat_share(speed, column, scene)
+        return made(scene or self.scene, pressure, grid, way, share)
 
     def not_kept(self, level: int, index: int | None = None) -> ValueError:
         """Return the error for fields of a level that were not kept, with advice: of realization `index`, or of all."""
@@ -451,18 +405,3 @@ class Run(Estimates):
         realization yet.
         """
         return to_dataset(self.arrays(), attributes_of(self.scene, self.members))
-
-
-def _check_field(name: str, speed: float | None, direction: float) -> None:
-    """Refuse a field that there is not, a speed that it does not depend on, and a missing one: ValueError."""
-    number("direction", direction, "rad")
-    if name not in (*KEPT_FIELDS, *DERIVED_UNITS):
-        raise ValueError(
-            f"name = {name!r} is no field; choose one of {', '.join((*KEPT_FIELDS, *DERIVED_UNITS))}"
-        )
-    if speed is not None and name in KEPT_FIELDS:
-        raise ValueError(f"speed = {speed!r} m/s: {name} does not depend on it; leave it out")
-    if name in DERIVED_UNITS:
-        if speed is None:
-            raise ValueError(f"speed is missing: {name} depends on it; give speed= in m/s")
-        number("speed", speed, "m/s")

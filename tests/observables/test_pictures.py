@@ -131,6 +131,17 @@ def test_one_percent_of_a_wave_is_hotter_than_its_cosine():
     assert got == pytest.approx(sqrt(2) * np.cos(pi / 100), rel=1e-4)
 
 
+@pytest.mark.parametrize(("smear", "older"), [(1.1e-3, False), (0.9e-3, True)])
+def test_an_exposure_longer_than_the_slide_has_no_older_heat(smear, older):
+    # the picture slides 1 mm, half of the cell
+    rate, lens = 1.0 / DIFFUSIVITY, Lens(smear=smear)
+    seen = Camera((MovingSource((rate, 0.0), inf, lens=lens),), (1.0,))
+    got = camera.hottest_over_rms(contact(), GRID, HeatSource([1.0], 1.0, 1.0, DIFFUSIVITY), seen)
+    picture = np.float64(field(1.0, lens))
+    own = np.quantile(picture, 0.99) / picture.std()
+    assert (got[0] == pytest.approx(own, rel=1e-4)) != older
+
+
 def test_a_uniform_contact_makes_a_picture_of_nothing():
     source, seen = HeatSource([1.0], 1.0, 1.0, 1e-5), Camera((MovingSource((1e5, 0.0)),), (1.0,))
     assert camera.hottest_over_rms(np.ones(GRID.shape), GRID, source, seen) == [0.0]

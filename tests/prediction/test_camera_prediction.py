@@ -1,5 +1,6 @@
 """What the camera of a scene sees by theory, and by sums over modes: exact in full contact, and alike elsewhere."""
 
+from dataclasses import replace
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -8,6 +9,8 @@ from small_scene import CAPPED
 
 from roughsim import prediction
 from roughsim.estimate.fields import hottest_seen
+from roughsim.observables.catalogue import OBSERVABLES
+from roughsim.observables.record import Sample
 from roughsim.planning.limits import judge
 from roughsim.prediction.camera import camera_of, seen_by, views
 from roughsim.scene import parse_scene
@@ -107,3 +110,21 @@ def test_one_percent_by_the_law_has_the_errors_of_quantiles():
     slow, *_, fast = (form[1:] / flash_of_law[1:]).tolist()  # the first is at rest
     assert slow >= fast
     assert (hottest.total_error >= np.hypot(law, form)).all()
+
+
+@pytest.mark.parametrize("name", ["seen_rms", "seen_99", "seen_width"])
+def test_a_blur_over_all_of_the_cell_is_unknown(name):
+    found = scene('[camera]\nresolution = "0.9 mm"', speed="speed = [1, 35]")
+
+    def value(side):
+        numbers = {"seen_99": np.full((1, 2), 30.0)}
+        q, stress = np.geomspace(1e3, 1e5, 400), np.ones((1, 400))
+        sample = Sample(1e5, 8.0, np.zeros(1, int), numbers, q, stress, side * np.sqrt(0.5))
+        return prediction.of_level(found, OBSERVABLES[name], sample)
+
+    assert np.isnan(value(0.89e-3)).all()
+    assert name == "seen_width" or (value(0.91e-3) > 0.0).all()
+    assert not any("side of the cell" in one.text for one in judge(found).remarks)
+    short = judge(replace(found, numerics=replace(found.numerics, lengths=(0.5e-3, 0.5e-3))))
+    words = " ".join(one.text for one in short.remarks)
+    assert "camera.resolution = 0.0009 m is above the side of the cell, 0.0005 m" in words
