@@ -26,11 +26,12 @@ from theory.arguments import Array
 from theory.quadrature import WEIGHTS, Panels, QuadratureError, panels_between, refine
 
 _HEAD = 1e-13  # of the shortest length of a kernel: up to there it is constant
-_REACH = 12.0  # of heat in √t: e^(−36) is left beyond
-_POINTS, _POINT_WEIGHTS = leggauss(48)  # over ±_REACH of S: exact to 1e-13
+_REACH = 10.0  # of heat in √t: e^(−25) is left beyond
+# over ±_REACH of S, and over the disc once heat has spread as far: exact to 1e-13
+_POINTS, _FEW_POINTS, _OLD = leggauss(40), leggauss(12), 0.3
 # laps: all are followed up to the first number; until the second the mean over a lap takes their place smoothly, with
 # the derivatives up to the fifth, so that U is exact to 1e-9
-_FIRST, _LAST, _SMOOTH = 4, 24, 6
+_FIRST, _LAST, _SMOOTH = 3, 20, 6
 _MANY = 1e9  # laps, of which the last ones change U by less than 1e-8
 _STEPS, _STEP_WEIGHTS = leggauss(12)  # over the laps between the two
 _SHORT = 500.0, 170.0  # q, and q τ^(1/6): waves shorter than both have 1e-8 of the mean over a lap
@@ -119,15 +120,16 @@ def remaining(age: Array, moved: Array) -> Array:
     width = _REACH * np.sqrt(age)
     near, far = np.maximum(moved - width, 0.0), np.minimum(moved + width, 2.0)
     result = np.zeros(age.shape)
-    under = near < far
-    t, way = age[under, None], moved[under, None]
-    low, high = (np.arcsin(r[under, None] / 2) for r in (near, far))
-    half = (high - low) / 2
-    angle = low + half * (1 + _POINTS)
-    sine, cosine = np.sin(angle), np.cos(angle)
-    r, area = 2 * sine, pi - 2 * angle - 2 * sine * cosine  # C(r)
-    spread = r / (2 * t) * np.exp(-((r - way) ** 2) / (4 * t)) * i0e(r * way / (2 * t))
-    result[under] = (area * spread * 2 * cosine * half) @ _POINT_WEIGHTS / pi
+    under, old = near < far, age > _OLD
+    for chosen, (points, weights) in ((under & ~old, _POINTS), (under & old, _FEW_POINTS)):
+        t, way = age[chosen, None], moved[chosen, None]
+        low, high = (np.arcsin(r[chosen, None] / 2) for r in (near, far))
+        half = (high - low) / 2
+        angle = low + half * (1 + points)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        r, area = 2 * sine, pi - 2 * angle - 2 * sine * cosine  # C(r)
+        spread = r / (2 * t) * np.exp(-((r - way) ** 2) / (4 * t)) * i0e(r * way / (2 * t))
+        result[chosen] = (area * spread * 2 * cosine * half) @ weights / pi
     return result
 
 
