@@ -9,12 +9,12 @@ sliding. Marches are drawn too: from rest a contact slides by a quarter of the c
 camera on the body, or on the counterface, takes the mean over the last steps. In slides the same contact heats both
 bodies step by step, with one temperature at each of its points, over half the cell; the one at rest conducts next to
 nothing. The law has the calibrated stress spectrum of the same waves and the same slid distance. Scenes outside its
-range are drawn again. Printed: rms of the picture by the law over that of all surfaces.
+range are drawn again. Printed: rms of the picture by the law over that of all surfaces, and the same of the width.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import repeat
@@ -40,22 +40,28 @@ Point = tuple[str, float, float, float]  # kind of picture, v/Dq_r, ratio, its s
 SIGMA = 2 * sqrt(2 * np.log(2))  # FWHM of a Gaussian over its standard deviation
 
 
+def picture(one: Drawn, contact: rs.Contact) -> np.ndarray:
+    """Return the picture of the contact itself for μ = 1, K."""
+    grid, blur = one.grid, [one.resolution / SIGMA / d for d in one.grid.spacing]
+    field = rs.sliding_temperature(one.speed * contact.pressure, grid, speed=one.speed, **one.body)
+    if one.kind == "exposed":
+        field = uniform_filter1d(field, exposed_pixels(one), axis=0, mode="wrap")
+    return gaussian_filter(field, blur, mode="wrap", truncate=6.0)
+
+
 def mean_square(one: Drawn, contact: rs.Contact) -> float:
     """Return the mean square of a picture of this contact for μ = 1, K²."""
-    grid, flux = one.grid, one.speed * contact.pressure
-    blur = [one.resolution / SIGMA / d for d in grid.spacing]
     if one.kind != "behind":
-        field = rs.sliding_temperature(flux, grid, speed=one.speed, **one.body)
-        if one.kind == "exposed":
-            field = uniform_filter1d(field, exposed_pixels(one), axis=0, mode="wrap")
-        return float(np.mean(gaussian_filter(field, blur, mode="wrap", truncate=6.0) ** 2))
+        return float(np.mean(picture(one, contact) ** 2))
+    grid, flux = one.grid, one.speed * contact.pressure
+    blur = one.resolution / SIGMA / grid.spacing[1]
     half, n = grid.shape[0] // 2, grid.shape[0]
     row, squares = line_behind(one), []
     heated = np.arange(n)[:, None] >= half
     for shift in range(0, n, n // 4):
         excess = heated * (np.roll(flux, shift, axis=0) - flux.mean())
         field = rs.half_space_temperature(excess, grid, speed=one.speed, **one.body)
-        line = gaussian_filter1d(field[row], blur[1], truncate=6.0)
+        line = gaussian_filter1d(field[row], blur, truncate=6.0)
         squares.append(np.mean(line[n // 10 : -(n // 10)] ** 2))
     return float(np.mean(squares))
 
@@ -82,6 +88,24 @@ def march(one: Drawn, contact: rs.Contact) -> tuple[float, float]:
         for each in pictures
     )
     return body, counterface
+
+
+def width(one: Drawn, seed: int, surfaces: int) -> Row:
+    """Return the full width of the mean autocorrelation across sliding at half maximum, m, and its relative error."""
+    across = []
+    for contact in solved(one, seed, surfaces):
+        power = np.abs(np.fft.fft2(picture(one, contact))) ** 2
+        across.append(np.fft.ifft(power.sum(axis=0)).real)
+    widths = [_halved(each) * one.grid.spacing[1] for each in (np.mean(across, axis=0), *across)]
+    apart = float(np.std(widths[1:], ddof=1) / widths[0] / sqrt(surfaces))
+    return {"width": widths[0], "width, error": apart}
+
+
+def _halved(correlation: np.ndarray) -> float:
+    """Return the pixels between the places left and right of the maximum at which it is halved."""
+    relative = correlation / correlation[0] - 0.5
+    k = int(np.argmax(relative < 0.0))
+    return 2 * (k - relative[k] / (relative[k] - relative[k - 1]))
 
 
 def slides(count: int) -> list[Drawn]:
@@ -130,18 +154,21 @@ def marched_view(one: Drawn, frame: str) -> camera.View:
     return camera.View(resolution=one.resolution, smear=smear, slid_distance=middle)
 
 
+def solved(one: Drawn, seed: int, surfaces: int) -> Iterator[rs.Contact]:
+    """Yield the contacts of several surfaces."""
+    solid = rs.Solid(one.modulus, one.hardness)
+    for k in range(surfaces):
+        rng = np.random.default_rng([seed, k])
+        heights = rs.synthesize(one.spectrum, one.grid, rng, amplitudes="fixed")
+        yield rs.solve_contact(heights, one.grid, solid, nominal_pressure=one.pressure)
+
+
 Taker = Callable[[Drawn, rs.Contact], float | tuple[float, float]]
 
 
 def seen(one: Drawn, seed: int, surfaces: int, taken: Taker, kinds: Sequence[str]) -> Row:
     """Return the rms of the pictures of several surfaces for μ = 1, K, and their relative standard errors."""
-    grid, squares = one.grid, []
-    solid = rs.Solid(one.modulus, one.hardness)
-    for k in range(surfaces):
-        rng = np.random.default_rng([seed, k])
-        heights = rs.synthesize(one.spectrum, grid, rng, amplitudes="fixed")
-        contact = rs.solve_contact(heights, grid, solid, nominal_pressure=one.pressure)
-        squares.append(np.atleast_1d(taken(one, contact)))
+    squares = [np.atleast_1d(taken(one, contact)) for contact in solved(one, seed, surfaces)]
     means, scatter = np.mean(squares, axis=0), np.std(squares, axis=0, ddof=1)
     row: Row = {}
     for kind, mean, apart in zip(kinds, means, scatter, strict=True):
@@ -150,9 +177,9 @@ def seen(one: Drawn, seed: int, surfaces: int, taken: Taker, kinds: Sequence[str
     return row
 
 
-def law(one: Drawn, picture: camera.View) -> float:
+def law(one: Drawn, picture: camera.View, formula: Callable[..., float] = camera.seen_rms) -> float:
     """Return the same by the law."""
-    rms = camera.seen_rms(
+    rms = formula(
         one.speed,
         stress_spectrum=one.stress_spectrum(),
         nominal_pressure=one.pressure,
@@ -195,10 +222,16 @@ def of_steel() -> dict[str, float]:
     return numbers | {"rim": rim, "cut_off": 100 * (rim / rms(view) - 1)}
 
 
-def compared(one: Drawn, row: Row, kind: str, picture: camera.View) -> Point:
+def compared(
+    one: Drawn,
+    row: Row,
+    kind: str,
+    picture: camera.View,
+    formula: Callable[..., float] = camera.seen_rms,
+) -> Point:
     """Return kind, v/Dq_r, law over simulation and its standard error; print them."""
     peclet = one.speed / one.body["diffusivity"] / one.spectrum.q_roll_off
-    ratio = law(one, picture) / float(row[kind])
+    ratio = law(one, picture, formula) / float(row[kind])
     error = ratio * float(row[f"{kind}, error"])
     touch = "elastic" if one.hardness == inf else f"σ₀/σ_P = {one.pressure / one.hardness:.2f}"
     print(f"{kind}, {touch}, v/Dq_r = {peclet:.3g}: {ratio:.3f} ± {error:.3f}", flush=True)
@@ -238,7 +271,12 @@ def main() -> None:
             found += [compared(one, row, kind, as_law(one, kind)) for kind in kinds]
         numbers |= summary(found, name)
         points += found
-    numbers |= of_steel()
+    found = []
+    for k, one in enumerate(tables[0][1]):
+        if one.kind != "behind":
+            row = rows.once("widths", str(k), partial(width, one, k, max(2, surfaces // 4)))
+            found.append(compared(one, row, "width", view(one), camera.seen_width))
+    numbers |= summary(found, "widths") | of_steel()
     print(*(f"{name}: {value:.4g}" for name, value in numbers.items()), sep="\n")
     figures.camera_law(points, options.output / "camera_law.png")
     if options.evidence:
