@@ -35,9 +35,9 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from theory.arguments import Array, SpectrumLike, positive, real_array
-from theory.camera import FADED, erfc_root, fade, growing
 from theory.clipped.field import law_of
 from theory.flash import HeatSource, formula_of, heat_source
+from theory.picture import FADED, erfc_root, fade, growing
 from theory.scattering import ANSWER
 from theory.skin import BodyLayers, Skin, along_waves, steady_rise, surface_response
 from theory.yielding import YieldingSpectrum

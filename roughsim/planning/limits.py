@@ -14,7 +14,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.planning.levels import SIDE, cell_of
 from roughsim.prediction.bodies import conduction
-from roughsim.prediction.camera import side_of
+from roughsim.prediction.camera import FAST, side_of
 from roughsim.prediction.facts import YIELDED, Facts, facts_of, gentle_end
 from roughsim.prediction.scans import scan_of_hottest, unknown_by
 from roughsim.prediction.statements import (
@@ -46,7 +46,6 @@ _FREE_PATH = (
 _SLOWLY = 0.85  # exponent of T_flash over q_max: H = 0.52
 # of endless planes, for 5 %: contact radius over slid distance, and over the depth of heat (experiments/finite_contact)
 _SLID, _DEEP = 5.0, 12.0
-_BEHIND = 5.0  # v·behind/D: below, what a camera sees behind the contact is some percent too hot
 _THICK = 0.1  # of the side of the cell: thicker layers are bodies of their own
 
 
@@ -274,12 +273,12 @@ def _camera_remarks(scene: Scene, side: float) -> Remarks:
         for speed, diffusivity in zip(scene.speeds, conduction(scene).diffusivity, strict=True)
         if behind is not None
     ]
-    if moving and min(moving)[0] < _BEHIND:
+    if moving and min(moving)[0] < FAST:
         number, speed = min(moving)
         yield Remark(
             "limit",
             "camera behind",
-            f"camera.behind = {behind:.3g} m is v·behind/D = {number:.3g} at {speed:g} m/s, below {_BEHIND:g}: heat that "
+            f"camera.behind = {behind:.3g} m is v·behind/D = {number:.3g} at {speed:g} m/s, below {FAST:g}: heat that "
             "goes along sliding is left out, which makes the picture 3 % too hot at 2.6 and 7 % at 0.5; look further "
             "behind, or slide faster",
         )

@@ -17,7 +17,13 @@ from roughsim.prediction.bodies import (
     heat_source,
     smoothed_spectrum,
 )
-from roughsim.prediction.camera import beyond_cell, camera_of, of_level, slid_distances
+from roughsim.prediction.camera import (
+    beyond_cell,
+    camera_of,
+    error_of_law,
+    of_level,
+    slid_distances,
+)
 from roughsim.prediction.cut_offs import (
     calibrated_flash,
     continuation,
@@ -67,6 +73,7 @@ __all__ = [
     "continuation",
     "correlation",
     "drawn_pictures",
+    "error_of_law",
     "follows_power",
     "follows_theory",
     "friction_coefficient",

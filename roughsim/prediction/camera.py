@@ -23,9 +23,10 @@ from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
 from roughsim.scene.numerics import SLIDING
-from theory.camera import View, seen_rms, seen_width
+from theory.camera import ERROR_BANDS, View, seen_rms, seen_width
 
 _MOST_BEYOND = 0.5
+FAST = 5.0  # v·behind/D: below, what a camera sees behind the contact is some percent too hot
 FORMULAS = {"seen_rms": seen_rms, "seen_width": seen_width}
 
 
@@ -74,6 +75,20 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
             with suppress(ValueError):  # an even picture has no width
                 result[k] = FORMULAS[name](scene.speeds[k], view=looks[k], **stress, **heat)
     return result
+
+
+def error_of_law(scene: Scene, name: str) -> Array | None:
+    """Return the relative error of an observable of the picture by the law, (speeds,); None where none is known.
+
+    NaN on a line so close behind a slow contact that heat goes along sliding.
+    """
+    if scene.camera is None or name not in ERROR_BANDS:
+        return None
+    band = np.full(len(scene.speeds), ERROR_BANDS[name])
+    if scene.camera.behind is not None:
+        near = np.array(scene.speeds) * scene.camera.behind
+        band[near < FAST * conduction(scene).diffusivity] = nan
+    return band
 
 
 def camera_of(scene: Scene) -> Any:

@@ -108,8 +108,10 @@ def _calibrated(scene: Scene, by_law: Callable[[], Predicted], observable: str) 
     mean = with_share(scene, by_law(), observable, prediction.calibrated_share(scene))
     if mean is None:
         return None
-    bands = prediction.calibrated(scene).errors
-    budget = {"law": np.abs(mean) * bands[observable]} if observable in bands else {}
+    band: Array | float | None = prediction.calibrated(scene).errors.get(observable)
+    if band is None:
+        band = prediction.error_of_law(scene, observable)
+    budget = {} if band is None else {"law": np.abs(mean) * band}
     return exact(scene, observable, mean, budget)
 
 

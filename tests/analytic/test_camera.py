@@ -226,6 +226,6 @@ def test_a_line_behind_a_contact_at_rest_has_no_width():
 
 
 def test_quadratures_that_disagree_are_refused(monkeypatch):
-    monkeypatch.setattr(camera, "ACCURACY", 1e-17)
+    monkeypatch.setattr("theory.picture.ACCURACY", 1e-17)
     with pytest.raises(QuadratureError, match=r"relative error .* above 1e-17"):
         seen(1.0, View(smear=1e-3, slid_distance=1e-3))

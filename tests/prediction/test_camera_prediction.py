@@ -13,6 +13,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.planning.limits import judge
 from roughsim.prediction.camera import camera_of, seen_by, views
+from roughsim.results.theories import theory_columns
 from roughsim.scene import parse_scene
 from theory import flash
 
@@ -128,3 +129,15 @@ def test_a_blur_over_all_of_the_cell_is_unknown(name):
     short = judge(replace(found, numerics=replace(found.numerics, lengths=(0.5e-3, 0.5e-3))))
     words = " ".join(one.text for one in short.remarks)
     assert "camera.resolution = 0.0009 m is above the side of the cell, 0.0005 m" in words
+
+
+def test_the_rms_by_the_law_has_its_band_where_it_was_compared():
+    found = scene(speed="speed = [1, 35]")
+    law = theory_columns(found)["calibrated"]
+    seen = law("seen_rms")
+    np.testing.assert_allclose(seen.budget["law"], 0.05 * seen.mean, rtol=1e-12)
+    assert "law" not in law("seen_width").budget
+    # v·behind/D = 2.6 at 1 m/s: heat along sliding, which the line leaves out, is not in the band
+    near = scene('[camera]\nbehind = "20 um"', speed="speed = [1, 35]")
+    part = theory_columns(near)["calibrated"]("seen_rms").budget["law"]
+    assert np.isnan(part).tolist() == [True, False]
