@@ -24,7 +24,7 @@ from theory import lay
 SCENE, SPEED, SHARE = "steel-1.2GPa", 35.0, 0.938
 LAYS, ANGLES = (1.0, 3.0, 10.0), np.linspace(0.0, 90.0, 9)  # degrees from the grooves
 POINTS, SIDE, MEMBERS = 1024, 4e-3, 8
-GROUPS = {"low": (1.0, 3.0), "high": (3.0, 10.0), "beyond": (10.0, 20.0)}  # lays
+GROUPS = {"low": (1.0, 3.0), "high": (3.0, 10.0), "highest": (10.0, 20.0)}  # lays
 
 
 class Steel:
@@ -85,7 +85,7 @@ def judged(shown: tuple[str, ...]) -> tuple[dict[str, float], list[tuple[float, 
         for k, face in enumerate(lay_points.points(name)):
             off = lay_points.compared(face, rows[name][str(k)], face.stress())["raw"].ravel()
             group = next(key for key, (low, high) in GROUPS.items() if low < face.lay <= high)
-            for key in (name, group, f"{name}_{group}"):
+            for key in (name, f"{name}_{group}"):
                 found.setdefault(key, []).extend(off.tolist())
             kind = "elastic" if face.hardness is None else "yielding"
             points += [(face.lay, float(np.exp(each)), kind) for each in off]

@@ -31,13 +31,15 @@ def lay(curves: dict[float, Curve], points: list[tuple[float, float, str]], path
         for (gamma, (angles, law, at, simulated)), colour in zip(
             curves.items(), COLOURS, strict=True
         ):
-            polar.plot(*around(angles, law), color=colour, label=f"γ = {gamma:g}, law")
-            look = {"color": colour, "marker": "o", "ls": ""}
-            polar.plot(*around(at, simulated), **look, label="simulation")
-        polar.set_rlabel_position(62)
-        polar.set_rticks([100, 200, 300], ["100", "200", "300 K"])
+            polar.plot(*around(angles, law), color=colour, label=f"γ = {gamma:g}")
+            polar.plot(*around(at, simulated), color=colour, marker="o", ls="")
+        polar.plot([], color="0.3", label="law")
+        polar.plot([], color="0.3", marker="o", ls="", label="simulation")
+        polar.set(rlim=(0, 380))
+        polar.set_rlabel_position(285)
+        polar.set_rticks([100, 200, 300], ["100", "", "300 K"])
         polar.set_thetagrids(range(0, 360, 30))
-        upper.legend(loc="outside lower center", ncols=3)
+        upper.legend(loc="outside lower center", ncols=5, columnspacing=1.2)
         axes = lower.subplots()
         edge = np.geomspace(1.0, 20.0, 60)
         for kind, (colour, marker, bands) in KINDS.items():

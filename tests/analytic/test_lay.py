@@ -156,6 +156,69 @@ def test_full_contact_is_that_of_the_waves():
     np.testing.assert_allclose(stress.response(q[:, None], m), np.tile(m, (5, 1)), rtol=1e-6)
 
 
+def gauss(edges, count):
+    """Nodes and weights between edges."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1 + x)).ravel(), (half * w).ravel()
+
+
+def by_law(direction, gamma, law, weights):
+    """T_flash at 35 m/s by a sum over the plane of q′: `weights` of q′ (n, 1) and m, their means taken here."""
+    log_q, radial = gauss(np.log(law.breaks), 12)
+    q = np.exp(log_q)[:, None]
+    steps = np.append(0.0, pi / 2 * 2.0 ** -np.arange(25.0)[::-1])
+    angle, width = gauss(np.unique(np.concatenate([-steps, steps, [-0.9, -1.2, 0.9, 1.2]])), 10)
+    angle += np.arctan2(-np.cos(direction), gamma * np.sin(direction))
+    along, across = np.cos(angle) / sqrt(gamma), np.sin(angle) * sqrt(gamma)
+    m = np.hypot(along, across)
+    turns = pi * (np.arange(200) + 0.5) / 200
+    ring = np.hypot(np.cos(turns) / sqrt(gamma), np.sin(turns) * sqrt(gamma))
+    advection = along * np.cos(direction) + across * np.sin(direction)
+    heat = (1 / np.sqrt(q**2 * m**2 - 1j * q * advection * 35.0 / DIFFUSIVITY)).real
+    total = 0.0
+    for share, weight in weights(q, m, ring):
+        part = (share * weight[0] / weight[1].mean(axis=1, keepdims=True) * heat) @ width
+        total += 2 * float((q[:, 0] ** 2 * law(q[:, 0]) * part) @ radial)
+    return MU * 35.0 / KAPPA / PRESSURE * total
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, pi / 2])
+def test_waves_meet_the_interface_in_series(direction):
+    law = YieldingSpectrum(PowerLaw(), 8e15, 1e8, 1e9)
+    modulus = 5e15
+
+    def weights(q, m, ring):
+        # κ of a wave of true wavenumber mq′: 1/κ = ⟨c⟩ + 2/(E*mq′)
+        kappa = [1 / (law.compliance(q) + 2 / (modulus * q * each)) for each in (m, ring)]
+        own = law.own_share(q)
+        return [(own, [k**2 for k in kappa]), (1 - own, [k**0.8 for k in kappa])]
+
+    exact = by_law(direction, 5.0, law, weights)
+    got = lay.flash_temperature(35.0, direction, lay.LayStress(law, 5.0, modulus), **HEAT)
+    assert got == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("direction", [0.0, 0.7, pi / 2])
+def test_full_contact_is_as_hot_as_its_waves(direction):
+    # σ_q = E*|q|h_q/2
+    modulus, gamma = 1e11, 4.0
+    stress = lay.stress_of_lay(
+        PowerLaw(), gamma, effective_modulus=modulus, nominal_pressure=PRESSURE
+    )
+
+    class Whole(PowerLaw):
+        def __call__(self, q):
+            return (modulus * q / 2) ** 2 * super().__call__(q)
+
+    def weights(q, m, ring):
+        return [(np.ones_like(q), [q**0 * m**2, np.ones((q.size, 1))])]
+
+    exact = by_law(direction, gamma, Whole(), weights)
+    got = lay.flash_temperature(35.0, direction, stress, **HEAT)
+    assert got == pytest.approx(exact, rel=3e-3)
+
+
 def test_a_hardness_knows_no_direction():
     for modulus, rest in ((1e20, 2e-3), (1e23, 2e-6)):  # falls as σ_P/E*
         law = YieldingSpectrum(PowerLaw(), modulus, 1e8, 1e9)
