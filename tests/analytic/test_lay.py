@@ -88,16 +88,17 @@ def test_the_sum_over_the_plane_of_waves(name, direction):
 
 @pytest.mark.parametrize("direction", [0.0, 0.7, pi / 2])
 def test_waves_from_rest(direction):
-    for speed, slid, accuracy in ((0.3, 1e-5, 1e-9), (35.0, 1e-4, 1e-6), (35.0, 1e-3, 3e-4)):
+    for speed, slid, accuracy in ((0.3, 1e-5, 1e-8), (35.0, 1e-4, 1e-6), (35.0, 1e-3, 3e-4)):
         spread = DIFFUSIVITY * slid / speed
 
-        def young(square, root, along, spread=spread):
-            return erf(np.sqrt(root * spread)) / np.sqrt(root)
+        for name in ("flash_temperature", "flash_gradient"):
 
-        exact = summed(speed, direction, 4.0, lambda m: m**1.4, young)
-        stress = Powered(4.0)
-        got = lay.flash_temperature(speed, direction, stress, **HEAT, slid_distance=slid)
-        assert got == pytest.approx(exact, rel=accuracy)
+            def young(square, root, along, name=name, spread=spread):
+                return erf(np.sqrt(root * spread)) * RESPONSES[name](square, root, along)
+
+            exact = summed(speed, direction, 4.0, lambda m: m**1.4, young)
+            got = getattr(lay, name)(speed, direction, Powered(4.0), **HEAT, slid_distance=slid)
+            assert got == pytest.approx(exact, rel=accuracy)
 
 
 @pytest.mark.parametrize("body", [{}, SKIN])
@@ -225,6 +226,16 @@ def test_a_hardness_knows_no_direction():
         stress, m = lay.LayStress(law, 7.0, modulus), np.array([7**-0.5, 1.0, 7**0.5])
         response = stress.response(np.array([[2.1e4], [4e5]]), m)
         np.testing.assert_allclose(response / response[:, :1], 1.0, rtol=rest)
+
+
+def test_what_has_yielded_does_not_stiffen():
+    load = {"nominal_pressure": 1e8, "penetration_hardness": 1e9}
+    stress = lay.stress_of_lay(PowerLaw(), 7.0, effective_modulus=1e16, **load)
+    law = stress.stress_spectrum
+    elastic = law.contact_fraction - law.plastic_fraction
+    assert elastic < 0.3 * law.contact_fraction
+    factor = lay.stiffening(7.0, elastic)
+    assert law.effective_modulus == pytest.approx(1e16 * factor, rel=1e-4)
 
 
 def test_the_modulus_of_waves_of_all_directions():
