@@ -88,8 +88,7 @@ def theory_dict(scene: Scene) -> dict[str, Any]:
     }
     values = by_direction(scene, values)
     if scene.directions:
-        lay, angle = scene.grooves
-        values |= {"lay": lay, "lay_direction": angle, "direction": scene.directions}
+        values["direction"] = scene.directions
     return {key: json_value(value) for key, value in values.items()}
 
 

@@ -79,17 +79,18 @@ def asked_names(scene: Scene) -> tuple[str, ...]:
 def asked_of(scene: Scene, contacts: Contacts) -> dict[str, Estimate]:
     """Return what [reaction] and `heat_above` of a scene ask for, by name.
 
-    Over energy, eV, or temperature, absolute, K, and speed.
+    Over energy, eV, or temperature, absolute, K, the direction of faces with a lay, and speed.
     """
     found: dict[str, dict[float, Estimate]] = {}
     if scene.reaction is not None:
         for energy in scene.reaction.activation_energy:
             for one in of_reaction(contacts, scene.reaction, energy):
-                found.setdefault(one.observable, {})[round(energy / ELECTRONVOLT, 12)] = one
+                label = round(energy / ELECTRONVOLT, 12)
+                found.setdefault(one.observable, {})[label] = one.by_direction(scene.directions)
     if scene.observables is not None:
         for temperature in scene.observables.heat_above or ():
             one = _heat_above(contacts, temperature)
-            found.setdefault(one.observable, {})[temperature] = one
+            found.setdefault(one.observable, {})[temperature] = one.by_direction(scene.directions)
     return {
         name: concat(
             {(k,): one for k, one in enumerate(by_label.values())},

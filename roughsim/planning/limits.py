@@ -78,9 +78,10 @@ class Plausibility:
         return Table([Column("", name=True), Column("", name=True), Column("")], rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values."""
+        """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values, and the lay if there is one."""
         names, rows = ("name", "value", "because"), (one.row for one in self.statements)
-        return {
+        grooves = dict(zip(("lay", "lay_direction"), self.scene.grooves, strict=True))
+        return (grooves if self.scene.directions else {}) | {
             "scene_facts": self.facts and self.facts.to_dict(),
             "scene_statements": [dict(zip(names, row, strict=True)) for row in rows],
             "scene_warnings": self.warnings,

@@ -11,6 +11,7 @@ from typing import Any
 
 from roughsim import prediction
 from roughsim.estimate.rounds import FIRST_STEP, WORK_SECONDS, first_counts, work
+from roughsim.grid import Grid
 from roughsim.machine import BYTES_PER_POINT, PROCESS
 from roughsim.planning.levels import cell_of, levels_of, target_of
 from roughsim.planning.limits import judge
@@ -84,7 +85,10 @@ def numerics_of(scene: Scene) -> Numerics:
     prediction.background(scene)  # refuses a duration that is too short for a skin
     target = target_of(scene)
     lengths, why = cell_of(scene)
-    sides = f"{lengths[0] * 1e3:.4g} mm × {lengths[1] * 1e3:.4g} mm"
+    x, y = Grid((1, 1), lengths).stretched(scene.lay).lengths
+    sides = f"{x * 1e3:.4g} mm × {y * 1e3:.4g} mm"
+    if scene.lay > 1.0:
+        why += "; stretched by the lay, which keeps its points and area"
     reasons.append(Remark("choice", "cell", why, sides))
     if scene.numerics.levels is not None:
         levels = scene.numerics.levels
@@ -151,6 +155,8 @@ def largest_member(
 def _heat_reasons(scene: Scene) -> Iterator[Remark]:
     """Yield the average of the moments, the constants used for tables, and the error of a measured C(q)."""
     averaged = "averaged over all sliding directions in closed form; drawn surfaces are isotropic"
+    if scene.directions:
+        averaged = "in each direction, half the cell along it after the start from rest: no track meets itself"
     yield Remark("choice", "moments", averaged, "all speeds at once")
     if "conductivity" in scene.tables:
         text = f"{at_speeds(prediction.conduction(scene).conductivity)} W/(m K)"

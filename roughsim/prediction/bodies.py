@@ -377,19 +377,30 @@ def share_of(
 def _share_of_lay(
     scene: Scene, rule: str, speed: Array, stress: Weighted, bodies: Conduction
 ) -> Array:
-    """Return the share by the rule "mean" of faces with a lay, from T_flash of both bodies; NaN by "total"."""
-    if rule != "mean":
-        return np.full(speed.shape, nan)
-    moving = np.where(speed > 0.0, speed, _AT_REST)
+    """Return the share by the rule "mean" or "total" of faces with a lay, from the temperatures of both bodies.
+
+    The resting body is as hot as one that slides slowly. By "total" it has done so for the duration, both have warmed,
+    and a resting body that was hotter gives off heat.
+    """
+    moving, slow = np.where(speed > 0.0, speed, _AT_REST), np.full(speed.shape, _AT_REST)
     other = Conduction(*bodies[2:4], layers=bodies.counter_layers)  # type: ignore[arg-type]
+    total, friction = rule == "total", scene.friction_coefficient()
+    time = scene.sliding.duration if total else None
+    grown = inf if time is None else _AT_REST * time
+    flux = friction * scene.sliding.nominal_pressure * moving
     both = []
-    for body, slid in ((bodies, moving), (other, np.full(speed.shape, _AT_REST))):
-        heat = heat_arguments(1.0, body) | layer_arguments(body)
+    for k, (body, slid, since) in enumerate(((bodies, moving, inf), (other, slow, grown))):
+        heat = heat_arguments(friction, body) | layer_arguments(body)
         heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
         at = headings_at(scene, slid)
-        flash = in_directions(("flash_temperature",), slid, at, stress, **heat)
-        both.append(flash["flash_temperature"] * (moving / slid))
-    return np.asarray(both[1] / (both[0] + both[1]))
+        flash = in_directions(
+            ("flash_temperature",), slid, at, stress, slid_distance=since, **heat
+        )["flash_temperature"] * (moving / slid)
+        if total:
+            warmed = [warming_lengths(scene, one, bodies)[k] for one in speed.tolist()]
+            flash = flash + flux / body.conductivity * np.array(warmed)
+        both.append(flash)
+    return np.asarray((both[1] + scene.temperature_difference) / (both[0] + both[1]))
 
 
 def _total_arguments(scene: Scene) -> dict[str, Any]:

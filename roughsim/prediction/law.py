@@ -58,7 +58,8 @@ def calibrated(scene: Scene) -> Calibrated:
         bands = ELASTIC_BANDS if elastic else ERROR_BANDS
         flash = theory.lay.error_band(scene.lay, bands["flash_temperature"])
         areas = {name: bands[name] for name in bands if name in _OF_LAY[-2:]}
-        return Calibrated(law, _OF_LAY, {"flash_temperature": flash} | areas, "inside")
+        known = tuple(name for name in _OF_LAY if elastic or name in _OF_YIELDING)
+        return Calibrated(law, known, {"flash_temperature": flash} | areas, "inside")
     if elastic:
         return Calibrated(law, tuple(OBSERVABLES), ELASTIC_BANDS, "inside")
     return Calibrated(law, _OF_YIELDING, ERROR_BANDS, "inside")

@@ -62,6 +62,12 @@ def _of_roughness(scene: Scene) -> Iterator[Remark]:
         of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
         because = f"{of_what} rests on the counterface: its hot spots slide over [body]"
     yield Remark("assumption", "roughness", because, value)
+    lay, angle = scene.grooves
+    if lay > 1.0:
+        because = (
+            "C(q) is stretched so along the grooves, which widens and narrows hot spots by its root"
+        )
+        yield Remark("assumption", "lay", because, f"{lay:g}, at {degrees(angle):.4g}° from x")
 
 
 def _of_scans(scene: Scene) -> Iterator[Remark]:

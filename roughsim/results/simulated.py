@@ -257,8 +257,7 @@ class Estimates(Means):
         """
         if self.scene.reaction is None and self.scene.observables is None:
             return {}
-        found = asked_of(self.scene, self.simulated(column).contacts())
-        return {name: one.by_direction(self.scene.directions) for name, one in found.items()}
+        return asked_of(self.scene, self.simulated(column).contacts())
 
     def not_asked(self, name: str) -> ValueError:
         """Return the error that the scene does not ask for an observable, or for the distribution itself."""

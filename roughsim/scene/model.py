@@ -120,7 +120,7 @@ class Scene(Record):
             self._needs_background,
         )
         check_targets(self.ensemble, self.asks)
-        check_camera(self.camera, sliding)
+        check_camera(self.camera, sliding, self.lay)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
         check_lay(self.sections_of_rough_faces, sliding, list(self.tables), self.numerics.lengths)

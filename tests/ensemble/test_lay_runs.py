@@ -8,6 +8,7 @@ from conftest import FULL
 from small_scene import CAPPED
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.planning.realization import level_problem
 from roughsim.scene import parse_scene
 from roughsim.scene.numerics import Numerics
@@ -131,6 +132,29 @@ def test_fields_have_the_stretched_cell(grooved_run):
     level = grooved_run.picture()
     x, y = grooved_run.grid(level).lengths
     assert x / y == pytest.approx(3.0 * np.divide(*grooved_run.numerics.lengths))
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        {"heat_partition": '"mean"'},
+        {"heat_partition": '"total"', "duration": 1e-3},
+        pytest.param({"heat_partition": '"total"', "contact_radius": 3e-3}, marks=pytest.mark.slow),
+    ],
+)
+def test_theory_of_a_faint_lay_is_isotropic(rule):
+    keys = "".join(f"{key} = {value}\n" for key, value in rule.items())
+    text = FREE.replace("heat_partition = 0.9\n", keys).replace("[0, 0.1, 35]", "[0.1, 35]")
+    faint = parse_scene(text.replace("[surface]\n", "[surface]\nlay = 1.0000001\n"))
+    for function in (
+        prediction.heat_partition,
+        prediction.calibrated_share,
+        lambda scene: prediction.predictions(scene)["flash_temperature"],
+        lambda scene: prediction.predictions(scene)["slope_length"],
+        lambda scene: prediction.calibrated_predictions(scene)["flash_temperature"],
+    ):
+        isotropic = function(parse_scene(text))
+        np.testing.assert_allclose(function(faint), np.tile(isotropic, 3), rtol=1e-6)
 
 
 def test_theory_has_arrays_over_direction_and_speed(grooved_run):
