@@ -63,6 +63,14 @@ def pytest_xdist_setupnodes():
     rs.solve_contact(heights, grid, solid, nominal_pressure=0.01)
 
 
+@pytest.hookimpl(optionalhook=True)  # of xdist
+def pytest_xdist_make_scheduler(config, log):
+    """Gives all tests of a file to one process: the runs and studies that they share are computed once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    return LoadFileScheduling(config, log)
+
+
 @pytest.fixture(scope="session")
 def steel():
     return rs.load_scene("steel-1.2GPa")

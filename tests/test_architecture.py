@@ -9,6 +9,8 @@ from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted([*(ROOT / "roughsim").rglob("*.py"), *(ROOT / "theory").rglob("*.py")])
 # data flows to the right: a module may import only what stands before it
@@ -188,6 +190,7 @@ def test_importing_roughsim_imports_nothing_heavy():
     assert found.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 def test_verbs_that_solve_no_contact_load_neither_compiler_nor_transforms():
     modules = "comparison.tables comparison.trust outputs.compare outputs.status planning.plan"
     code = f"""

@@ -206,13 +206,13 @@ def test_errors_are_one_line(capsys, tmp_path, name):
     assert {path.name for path in tmp_path.iterdir()} == {"file", "scene.toml"}
 
 
-def test_help_helps():
+def test_help_helps(capsys):
     out, _ = call("--help")
     for verb in ("demo", "new", "plan", "theory", "run", "compare", "plot", "export"):
         assert verb in out
-    out, _ = call("compare", "--help")
+    _, out, _ = inside(capsys, "compare", "--help")
     assert "Folders of runs, or of a study." in " ".join(out.split())
-    out, _ = call("--version")
+    _, out, _ = inside(capsys, "--version")
     assert out.startswith("roughsim ")
 
 

@@ -86,7 +86,7 @@ def test_products_are_those_of_the_hermite_series():
 def test_shared_products_are_those_of_drawn_normal_heights(own, other, part):
     levels, heights = np.array([-0.8, 1.1, 1.2]), np.array([0.5, 1.0, 1.5])
     rng = np.random.default_rng([int(100 * own), int(100 * part)])
-    draws = 1_000_000
+    draws = 300_000
     # z, χ and ζ of both bodies, here and there; χ is odd
     odd, even, alike = (0.05, -0.03), (0.9 * own, 0.8 * other), 0.7
     level = 0.7 * own + 0.04 * (1 - own), 0.7 * other - 0.1 * (1 - other)

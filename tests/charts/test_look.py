@@ -83,6 +83,7 @@ def test_formulas_become_plain_words():
     assert bare(r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K") == "⟨Tσ⟩/⟨σ⟩, K"
 
 
+@pytest.mark.slow
 def test_the_command_line_takes_them(capped_run, tmp_path, capsys):
     folder, picture, numbers = str(capped_run.folder), tmp_path / "a.png", tmp_path / "a.csv"
     words = [
@@ -140,7 +141,7 @@ def test_a_speed_on_the_command_line_may_have_a_unit(
     [
         pytest.param("correlation", 2, marks=pytest.mark.slow),
         pytest.param("spectrum", 2, marks=pytest.mark.slow),
-        ("distribution", 3),
+        pytest.param("distribution", 3, marks=pytest.mark.slow),
     ],
 )
 def test_panels_of_a_narrow_figure_stand_below_one_another(capped_run, drawn, quantity, count):

@@ -186,6 +186,7 @@ def test_the_table_has_every_observable_and_marks_those_without_a_band():
     assert set(rows["flash_width"]) == {"not known"}
 
 
+@pytest.mark.slow
 def test_the_json_has_the_same_keys_inside_and_outside_the_range():
     inside, outside = (
         json.loads(CliRunner().invoke(app, ["theory", name, "--trust", "--json"]).stdout)["trust"]

@@ -156,6 +156,7 @@ def test_a_new_process_gives_the_same_bits(start):
     np.testing.assert_array_equal(moved, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize(
     ("threads", "points"), [(1, 1024), (2, 1024), pytest.param(1, 2048, marks=pytest.mark.slow)]

@@ -193,7 +193,7 @@ def test_the_area_of_a_hertz_contact_errs_by_a_pixel_less_after_correction():
     raw, corrected = [], []
     for points in (64, 128, 256):
         errors = []
-        for x0, y0 in np.random.default_rng(0).random((16, 2)):
+        for x0, y0 in np.random.default_rng(0).random((8, 2)):
             x, y = ((np.arange(points) + shift) / points - 0.5 for shift in (x0, y0))
             force = 4 * reach**3 / (3 * radius)
             area = np.pi * reach**2 * (1 + 2 * radius * lattice / 4 * force / np.pi) ** (-2 / 3)
@@ -316,7 +316,7 @@ def test_a_yielding_wave_is_too_narrow_by_as_much_as_a_touching_one_is_too_wide(
             2 * np.pi * (np.arange(points) + phase) / points,
         )
         heights = 0.01 * np.cos(angle)[:, None]
-        for exact in np.linspace(0.25, 0.5, 20, endpoint=False):
+        for exact in np.linspace(0.25, 0.5, 10, endpoint=False):
             share = np.sin(np.pi / 2 * exact) ** 2
             touching = solved(heights, grid, share * flattening)
             yielding = solved(-heights, grid, (10 - share) * flattening, 10 * flattening)

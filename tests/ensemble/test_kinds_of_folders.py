@@ -69,7 +69,6 @@ def test_surfaces_are_not_drawn_into_the_folder_of_a_map(place):
     with pytest.raises(ValueError, match="is of a pressed map, whose levels follow from it"):
         rs.run(more, folder, numerics=rs.open_run(folder).numerics)
     assert contents(place) == before
-    assert rs.press(place / "scene.toml", place / "pressed", changes=AT_35).independent == 4
 
 
 def test_the_command_run_refuses_a_map_before_it_plans(place, capsys):

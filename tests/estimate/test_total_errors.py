@@ -89,6 +89,7 @@ def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(
     )  # 0.3 + 1.05 H
 
 
+@pytest.mark.slow
 def test_the_table_prints_total_errors(partial):
     cells = {str(cell) for row in comparison_table(rs.compare(partial)).rows for cell in row}
     wanted = set(expected(partial, UNITS))

@@ -154,6 +154,7 @@ def test_what_was_read_stays_when_its_file_is_damaged_and_the_next_page_names_it
     assert again.summary().sound[2] == [0, 2, 3]
 
 
+@pytest.mark.slow
 def test_a_deleted_folder_is_said_in_a_line_and_what_was_read_stays(copied):
     run = WatchedRun(copied)
     before = run.summary()

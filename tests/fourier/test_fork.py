@@ -85,6 +85,7 @@ FORK_WHILE_PLANNING = """
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 def test_a_fork_waits_for_the_plan_another_thread_is_making():
     code = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK_WHILE_PLANNING)]

@@ -337,6 +337,7 @@ def test_a_file_beside_that_is_no_library_is_passed_over(monkeypatch, tmp_path):
     assert plans.function("fftw_execute_dft") is None
 
 
+@pytest.mark.slow
 def test_plans_are_made_from_many_python_threads_at_a_time():
     def work(k):
         lines, field = plans.Lines(2 + k % 3, 30 + k), field_of((20 + k, 16))

@@ -70,7 +70,7 @@ def test_waves_and_the_mean_are_those_of_finite_volumes_in_depth(layers):
         q = 2 * pi / 4e-5 * np.hypot(*mode)
         coarse, fine = (
             by_finite_volumes(flux[(slice(None), *mode)].real, q, layers, nodes)
-            for nodes in (400, 800)
+            for nodes in (250, 500)
         )
         expected = fine + (fine - coarse) / 3
         got = temperatures[(slice(None), *mode)]

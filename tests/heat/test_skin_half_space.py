@@ -313,7 +313,7 @@ def test_heat_released_in_depth_makes_no_maximum_below_the_surface(speed, skin):
     # the release falls with z and no heat leaves through the surface
     flux, grid, _ = hill(24)
     heat = {"speed": speed, "skin": skin, "heat_depth": 3e-6}
-    depths = np.linspace(0.0, 6e-6, 9)
+    depths = np.linspace(0.0, 6e-6, 5)
     below = depth_profile(
         lambda z: half_space_temperature(flux, grid, depth=z, **heat, **STEEL), depths
     )

@@ -4,6 +4,7 @@ import re
 import warnings
 
 import pytest
+from some_rows import some
 from typer.testing import CliRunner
 
 import roughsim as rs
@@ -47,14 +48,17 @@ def printed(verb, scene, *words):
 @pytest.mark.parametrize("verb", ["plan", "theory"])
 @pytest.mark.parametrize(
     ("scene", "changes"),
-    [
-        *(
-            (name, "as bundled")
-            for name in bundled_scenes()
-            if name not in ("steel-0.5GPa", "steel-2.0GPa")
-        ),
-        *(("steel-1.2GPa", changes) for changes in CHANGES if changes != "as bundled"),
-    ],
+    some(
+        [
+            *(
+                (name, "as bundled")
+                for name in bundled_scenes()
+                if name not in ("steel-0.5GPa", "steel-2.0GPa")
+            ),
+            *(("steel-1.2GPa", changes) for changes in CHANGES if changes != "as bundled"),
+        ],
+        2,
+    ),
 )
 def test_first_screen_is_short(verb, scene, changes):
     lines = printed(verb, scene, *CHANGES[changes]).output.splitlines()

@@ -158,6 +158,7 @@ def test_a_run_has_the_temperature_that_mean_gives_in_its_own_contacts(odd, tmp_
     assert share == pytest.approx(mean / everything, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", some(["theory", "plan", "run", "study"], 2))
 def test_verbs_print_each_once_on_the_standard_error(odd, verb, tmp_path, capsys):
     words = [verb, str(odd), *(["--all"] if verb in ("theory", "plan") else [])]

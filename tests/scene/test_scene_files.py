@@ -59,6 +59,7 @@ def test_windows_line_ends_and_byte_order_marks_do_not_matter(tmp_path, steel):
     assert load_scene(str(path)) == steel
 
 
+@pytest.mark.slow
 def test_bundled_scenes_are_read_without_pint():
     code = "import sys, roughsim as rs; from roughsim.scene import bundled_scenes as all_of\n"
     code += "for name in all_of(): rs.load_scene(name)\nsys.exit('pint' in sys.modules)"

@@ -40,11 +40,18 @@ def test_a_plan_follows_slides_once_around_their_cell():
     assert reason.text.endswith("; the theory continues it to 8 mm, within 2.5 %")
 
 
-def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path, drawn):
+@pytest.fixture(scope="module")
+def continued(tmp_path_factory):
+    """A run whose slides are continued from 1 mm to 3 mm, and one that slides 1 mm."""
+    folder = tmp_path_factory.mktemp("continued")
     scene = continued_scene("3 mm", ("first = 2 }", "first = 2, followed = 1e-3 }"))
-    run = rs.run(scene, tmp_path / "run", max_realizations=2)
-    followed = rs.run(sliding_scene(), tmp_path / "followed", max_realizations=2)
-    factors = prediction.sliding_continuation(scene, 1e-3)
+    run = rs.run(scene, folder / "run", max_realizations=2)
+    return run, rs.run(sliding_scene(), folder / "followed", max_realizations=2)
+
+
+def test_a_run_multiplies_what_it_followed_by_the_theory(continued):
+    run, followed = continued
+    factors = prediction.sliding_continuation(run.scene, 1e-3)
     for name, factor in (
         ("flash_temperature", factors.flash_temperature),
         ("heat_partition", factors.heat_partition),
@@ -57,17 +64,20 @@ def test_a_run_multiplies_what_it_followed_by_the_theory(tmp_path, drawn):
     expected = short * factors.flash_temperature + (before - short) * factors.background
     assert after == pytest.approx(expected, rel=1e-12)
     assert run.curves()["slid_distance"][-1] == pytest.approx(1e-3, rel=0.05)
-    assert rs.open_run(tmp_path / "run").numerics.levels[-1].followed == 1e-3
-    # chart and notes state how far slides were followed; where they ended nothing is added
-    for one in (run, followed):
+    assert rs.open_run(run.folder).numerics.levels[-1].followed == 1e-3
+
+
+@pytest.mark.slow
+def test_chart_and_notes_state_how_far_slides_were_followed(continued, drawn):
+    for one in continued:
         plot_run(one, "sliding")
     charts = [
         " ".join(" ".join(text.get_text() for text in figure.findobj(Text)).split())
         for figure in drawn
     ]
     assert "2 members, followed over 1 of 3 mm" in charts[0]
-    assert "followed over" not in charts[1]
-    notes = [" ".join(comparison_table(rs.compare(one)).notes) for one in (run, followed)]
+    assert "followed over" not in charts[1]  # where they ended nothing is added
+    notes = [" ".join(comparison_table(rs.compare(one)).notes) for one in continued]
     assert (
         "Slides are followed over 1 of 3 mm; the theory of sliding, calibrated multiplies"
         in notes[0]

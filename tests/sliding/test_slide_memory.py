@@ -34,6 +34,7 @@ def slide_of(moving, resting, speeds, pixels, points=POINTS):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("moving", "resting", "speeds", "pixels"),
     [

@@ -129,6 +129,7 @@ def test_a_table_of_a_run_has_the_same_rows(asked, tmp_path):
     assert [float(row["value"]) for row in rows] == [row["value"] for row in of_study]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_tables_have_a_row_for_each_point_at_each_energy(asked):
     table = asked_table(asked)
