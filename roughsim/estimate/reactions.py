@@ -39,9 +39,6 @@ OverBins = Callable[
 OfMean = Callable[
     [Bins, Array], tuple[Array, Array, Array]
 ]  # bins and the mean of each contact → as of `uniform_temperature`
-ByForm = Callable[
-    [Callable[[Sample], Array]], Array
-]  # a value of samples → its error by their form
 
 
 class Activation(NamedTuple):

@@ -134,11 +134,6 @@ class Claims:
         for claim in list(self.held):
             self.release(claim)
 
-    def claimed(self, claim: str) -> bool:
-        """Whether another process has a claim on a member and shows signs of life."""
-        path = self.folder / claim
-        return path.exists() and claim not in self.held and not self._is_stale(path)
-
     def _is_stale(self, path: Path) -> bool:
         """Whether the process of a file has ended: silent for a lease, or not among those of this machine.
 
