@@ -131,12 +131,11 @@ def test_a_blur_over_all_of_the_cell_is_unknown(name):
     assert "camera.resolution = 0.0009 m is above the side of the cell, 0.0005 m" in words
 
 
-def test_the_rms_by_the_law_has_its_band_where_it_was_compared():
+def test_pictures_by_the_law_have_their_band_where_it_was_compared():
     found = scene(speed="speed = [1, 35]")
     law = theory_columns(found)["calibrated"]
-    seen = law("seen_rms")
-    np.testing.assert_allclose(seen.budget["law"], 0.05 * seen.mean, rtol=1e-12)
-    assert "law" not in law("seen_width").budget
+    for seen in (law("seen_rms"), law("seen_width")):
+        np.testing.assert_allclose(seen.budget["law"], 0.05 * seen.mean, rtol=1e-12)
     # v·behind/D = 2.6 at 1 m/s: heat along sliding, which the line leaves out, is not in the band
     near = scene('[camera]\nbehind = "20 um"', speed="speed = [1, 35]")
     part = theory_columns(near)["calibrated"]("seen_rms").budget["law"]

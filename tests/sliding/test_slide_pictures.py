@@ -49,7 +49,7 @@ def slide(on_body):
 
 
 def picture_by_modes(problem, on_body):
-    """Amplitudes of the picture, K, with the waves along and across sliding: the mean over 24 ages of the contact."""
+    """Amplitudes of the picture, K, with the waves along and across sliding: the mean over 8 ages of the contact."""
     grid, slant = problem.grid, slope(problem.grid)
     contact = rs.solve_contact(
         faces(problem)[0], grid, problem.solid, nominal_pressure=3e8, tolerance=1e-6
@@ -60,11 +60,11 @@ def picture_by_modes(problem, on_body):
     flux[0, 0], qx[0, 0] = 0.0, 1.0
     root = np.sqrt(qx**2 + qy**2 - 1j * along * SPEED / DIFFUSIVITY)
     picture = np.zeros_like(flux)
-    for before in (np.arange(24) + 0.5) / 24 * EXPOSURE:
+    for before in (np.arange(8) + 0.5) / 8 * EXPOSURE:
         grown = erf(root * sqrt(DIFFUSIVITY * (SLID - before) / SPEED))
         # on the body the contact has then still to move by that
         moved = np.exp(1j * along * before) if on_body else 1.0
-        picture += flux / root * grown * moved / 24
+        picture += flux / root * grown * moved / 8
     blur = SPREAD / sqrt(8 * log(2))
     return picture * np.exp(-(qx**2 + qy**2) * blur**2 / 2), across
 
@@ -149,6 +149,15 @@ def test_a_line_behind_the_contact_is_not_followed(camera, taken):
     scene = seen_scene(camera)
     problem = slide_problem(scene, rs.plan(scene))
     assert (problem.shutter is not None) == taken
+
+
+def test_the_shutter_is_open_while_the_bodies_slide_by_speed_times_exposure(run):
+    shutter = slide_problem(run.scene, run.numerics).shutter
+    assert shutter.exposures == pytest.approx((5e-6, 175e-6))
+    assert shutter.on_body
+    assert shutter.camera.direction == pytest.approx(atan(slope(run.numerics.grid(1))))
+    still = seen_scene("")
+    assert not slide_problem(still, rs.plan(still)).shutter.on_body
 
 
 def test_slides_with_a_camera_are_followed_to_their_end():
