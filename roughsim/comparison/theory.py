@@ -111,7 +111,7 @@ class Theory:
         rows: list[Row] = []
         heads = [heads_of(at) for at in scene.cases]
         widths, shares = self.flash_width.ravel(), self.heat_partition.ravel()
-        for k in np.argsort(scene.speeds)[::-1]:
+        for k in np.argsort(-np.array(scene.speeds), kind="stable"):
             flash = [
                 Number(values.flat[k], "K", error * values.flat[k], ("unknown",) * isnan(error))
                 for values, error in kelvin.values()

@@ -164,3 +164,10 @@ def test_theory_has_arrays_over_direction_and_speed(grooved_run):
     assert (values["lay"], values["lay_direction"]) == (3.0, 0.0)
     assert values["direction"] == [0.0, pi / 2]
     assert values["speed"] == [0.1, 35.0]
+
+
+def test_first_screen_has_directions_in_order(grooved_run):
+    rows = rs.theory(grooved_run.scene).summary().rows
+    turned = [[float(cell) for cell in row[:2]] for row in rows]
+    assert turned == sorted(turned, key=lambda row: (-row[1], row[0]))
+    assert len({direction for direction, _ in turned}) > 1
