@@ -193,6 +193,7 @@ for name, key, size in {TRIES!r}:
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_a_number_of_any_size_gives_a_finite_result_or_is_refused_by_name(answers, name):
     assert list(answers[name]) == [(key, size) for other, key, size in TRIES if other == name]

@@ -57,6 +57,7 @@ def test_records_show_themselves_in_one_line(contact):
     assert "\n" not in repr(contact) + repr(moments)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures")
 def test_verbs_take_a_name_a_path_or_a_record(capped_run, tmp_path):
     assert rs.theory("steel-1.2GPa").flash_temperature[5] == pytest.approx(

@@ -61,6 +61,7 @@ def test_the_line_of_the_theory_has_the_heat_share_of_its_points(capped_run, dra
     assert at == pytest.approx(0.9 * exact, rel=2e-3)  # interpolated
 
 
+@pytest.mark.slow
 def test_the_calibrated_law_is_a_line_with_a_word_in_the_legend(capped_run, drawn):
     comparison = rs.compare(capped_run)
     comparison.chart("a.png")

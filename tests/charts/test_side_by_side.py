@@ -83,6 +83,7 @@ def test_runs_side_by_side_have_a_colour_each(both, capped_run, sliding_run, dra
     assert words[:2] == [capped_run.folder.name, sliding_run.folder.name]
 
 
+@pytest.mark.slow
 def test_the_table_of_several_runs_has_the_values_of_each(both, capped_run, sliding_run):
     table = both.table()
     titles = [column.title for column in table.columns]

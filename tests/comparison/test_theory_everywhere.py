@@ -189,6 +189,7 @@ def outputs(run, study, folder):
     yield "HDF5 of a study", in_file(study.save(folder / "study.h5"), "/")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_pictures", "drawn")
 def test_every_output_has_the_same_theory_over_the_whole_spectrum(run, study, tmp_path):
     whole, cut = by_the_formula(None), by_the_formula(2e4)

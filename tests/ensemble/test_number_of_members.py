@@ -44,6 +44,7 @@ def written(folder):
     return {key: member.provenance["written"] for key, member in members_of(folder).items()}
 
 
+@pytest.mark.slow
 def test_a_larger_number_continues_and_a_smaller_one_leaves_members_out(scene, tmp_path, calls):
     first = rs.run(scene, tmp_path / "run", realizations=4)
     stored = written(first.folder)

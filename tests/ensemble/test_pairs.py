@@ -141,6 +141,7 @@ def test_runs_that_are_computed_together_share_surfaces_and_contacts_of_both_lev
             np.testing.assert_array_equal(mine.spectrum, theirs.spectrum)
 
 
+@pytest.mark.slow
 def test_a_run_that_was_broken_off_and_damaged_ends_with_the_same_bits(
     capped_scene, numerics, run, tmp_path
 ):

@@ -187,6 +187,7 @@ def test_the_folder_opens_in_every_verb_and_goes_on_where_it_was_stopped(
         rs.press(scene_file, folder, changes={"sliding.speed": 35})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, pytest.param(2.0, marks=pytest.mark.slow)])
 def test_a_target_below_the_statistical_error_needs_a_larger_map(scene_file, tmp_path, share):
     changes = {"sliding.speed": [1, 35]}

@@ -96,6 +96,7 @@ def test_an_idle_worker_computes_ahead_what_will_be_needed_and_no_more(
     assert again.missing == []
 
 
+@pytest.mark.slow
 def test_members_ahead_change_nothing_of_a_run(two_levels, tmp_path):
     alone = rs.run(two_levels, tmp_path / "alone", until={}, max_realizations=14)
     more = rs.run(two_levels, tmp_path / "more", until={}, max_realizations=20)

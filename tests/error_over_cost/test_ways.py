@@ -69,6 +69,7 @@ def test_the_mean_over_directions_scatters_less_than_one_direction():
     assert error["1 direction, steady"] == pytest.approx(error["steady field"], rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["surface", "contact"])
 def test_a_stage_in_the_file_is_not_measured_again(stage, tmp_path):
     first = experiment.measured(Rows(tmp_path / "data.json"), stage, SCENE, NUMERICS, 4)

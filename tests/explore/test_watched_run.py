@@ -77,6 +77,7 @@ def test_an_empty_run_shows_its_scene_and_theory(empty):
     assert summary is run.summary()
 
 
+@pytest.mark.slow
 def test_a_run_of_which_one_column_has_members_yet_shows_that_column(empty):
     folder, aside = empty
     for path in aside.glob("L1-*.h5"):

@@ -75,7 +75,7 @@ def place(source, grid):
 # exact values, steady
 
 
-@pytest.mark.parametrize("peclet", PECLET)
+@pytest.mark.parametrize("peclet", some(PECLET, 2))
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
 def test_the_hertz_source_has_its_three_temperatures(peclet, pixels, tolerance):
     flux, covered, grid = hertz_source(pixels)
@@ -88,7 +88,7 @@ def test_the_hertz_source_has_its_three_temperatures(peclet, pixels, tolerance):
     )
 
 
-@pytest.mark.parametrize("peclet", PECLET)
+@pytest.mark.parametrize("peclet", some(PECLET, 2))
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
 def test_the_disc_has_its_three_temperatures(peclet, pixels, tolerance):
     flux, radius, grid = disc_source(pixels)
@@ -102,7 +102,7 @@ def test_the_disc_has_its_three_temperatures(peclet, pixels, tolerance):
     assert source.max_temperature == pytest.approx(radius * top, rel=tolerance)
 
 
-@pytest.mark.parametrize("peclet", PECLET)
+@pytest.mark.parametrize("peclet", some(PECLET, 2))
 @pytest.mark.parametrize("pixels", [8, 32])
 def test_the_square_is_exact_at_any_resolution(peclet, pixels):
     flux, grid = square_source(pixels)

@@ -59,6 +59,7 @@ def test_arrays_of_a_comparison_have_the_values_of_its_json(capped_run, in_json)
     check(of_dataset(rs.compare(capped_run).to_xarray()), in_json)
 
 
+@pytest.mark.slow
 def test_results_in_netcdf_have_the_values_of_the_json(capped_run, in_json, tmp_path):
     xarray = pytest.importorskip("xarray")
     path = rs.export(capped_run, tmp_path / "run.nc")

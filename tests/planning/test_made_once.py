@@ -73,6 +73,7 @@ def test_scene_is_made_once(made, file, tmp_path):
     assert found == dict.fromkeys(verbs, 1)
 
 
+@pytest.mark.slow
 def test_facts_and_statements_are_computed_once(made, file, tmp_path):
     found = {}
     for words in (

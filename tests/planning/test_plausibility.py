@@ -455,6 +455,7 @@ def test_the_figures_of_a_resting_spot_are_those_of_docs_partition(steel):
     assert told["ratio of the two times, Pe/2"] == pytest.approx(warm / lives, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_scan_is_said_to_have_an_unknown_error_before_anything_is_computed():
     rows = 'psd = [[1e4, 3e-23], [1e5, 7e-27]]\npsd_convention = "persson"\n'
     text = even()

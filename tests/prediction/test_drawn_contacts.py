@@ -114,6 +114,7 @@ def test_fields_end_at_the_wave_of_four_pixels():
     assert short.q_max == 4 * 5e4
 
 
+@pytest.mark.slow
 def test_speeds_keep_their_order_and_seeds_their_fields():
     some = {"spectrum": self_affine(1e-24, 1e6), "fields": 2, "points": 128}
     name = "temperature_quantile_75"

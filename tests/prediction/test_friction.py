@@ -114,6 +114,7 @@ def test_of_several_solutions_the_coldest_is_taken(capped_scene, rise, expected)
     )
 
 
+@pytest.mark.slow
 def test_the_other_solutions_are_stated_with_their_temperatures(capped_scene, tmp_path):
     one = with_friction(capped_scene, 0.1, speed=[1.0, 35.0])
     heats = [heat_of_one(one, speed)[1] for speed in (1.0, 35.0)]

@@ -126,6 +126,7 @@ def test_with_a_duration_the_background_of_the_slide_is_added_and_each_speed_sli
     assert ratios[0][-1] == pytest.approx(ratios[1][-1], rel=0.05)
 
 
+@pytest.mark.slow
 def test_rows_of_a_comparison_have_it_beside_the_slides(tmp_path, scene):
     run = rs.run(scene, tmp_path / "run", max_realizations=2)
     rows = json.loads(json.dumps(rs.compare(run).to_dict()))["rows"]

@@ -84,6 +84,7 @@ def test_where_the_law_does_not_hold_there_is_none():
     assert theory_dict(scene)["calibrated"]["sliding"] is None
 
 
+@pytest.mark.slow
 def test_theory_prints_both_bodies_in_motion():
     scene = sliding_scene()
     slid = prediction.sliding_prediction(scene)

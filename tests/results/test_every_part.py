@@ -170,6 +170,7 @@ def test_every_number_has_every_part(slid, monkeypatch, part, relative):
     } - of_fields
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unknown", [True, False])
 def test_a_pressed_map_has_every_part(pressed, monkeypatch, unknown):
     overshoot = {OVERSHOOT: 0.02 if unknown else 0.0}  # share of the load on spikes

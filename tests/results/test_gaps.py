@@ -13,6 +13,7 @@ from roughsim.results import folder as folder_module
 from roughsim.store.claims import Claims
 
 
+@pytest.mark.slow
 def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder):
     for name in ("L0-000003.h5", "L0-000005.h5", "L1-000002.h5"):
         (folder / "members" / name).unlink()

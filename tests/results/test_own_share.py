@@ -319,6 +319,7 @@ def outputs(run, column, folder):
     yield "opened again", again.estimate("flash_temperature", column).mean[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", [pytest.param("smoothed", marks=pytest.mark.slow), "capped"])
 def test_all_outputs_have_the_temperature_of_that_share(mean_run, column, tmp_path):
     _, temperature = by_hand(*moments(mean_run, COLUMNS.index(column)))

@@ -164,6 +164,7 @@ def test_new_prints_the_form(capsys):
     assert capsys.readouterr().out == scene_text(BLANK)
 
 
+@pytest.mark.slow
 def test_plan_realize_run_and_compare_take_a_name_a_path_or_a_folder(tmp_path):
     path, folder = tmp_path / "mine.toml", tmp_path / "run"
     path.write_text(scene_text("demo"))

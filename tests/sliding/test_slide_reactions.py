@@ -213,6 +213,7 @@ def test_reactions_of_the_column_sliding(asked):
     assert 0.5 < share.mean[1] < 1.0
 
 
+@pytest.mark.slow
 def test_compare_and_exports_have_them_in_the_column_sliding(asked):
     comparison = rs.compare(asked)
     rows = json.loads(json.dumps(comparison.to_dict()))["rows"]

@@ -177,6 +177,7 @@ def test_the_estimate_is_the_frozen_one_times_the_paired_ratio(run):
     assert (e.budget["slide"] > 0).all()
 
 
+@pytest.mark.slow
 def test_compare_has_a_column_of_what_a_slide_measures(run):
     rows = json.loads(json.dumps(rs.compare(run).to_dict()))["rows"]
     cells = {(row["observable"], row["speed"]): row["sliding"] for row in rows}
@@ -231,6 +232,7 @@ def test_only_the_first_realizations_slide(run):
     ]
 
 
+@pytest.mark.slow
 def test_a_lost_and_a_damaged_slide_are_computed_again_to_the_bit(run, tmp_path):
     again = rs.run(sliding_scene(), tmp_path / "run", max_realizations=2)
     before = [read_member(again.folder, SLIDE, index) for index in (0, 1)]

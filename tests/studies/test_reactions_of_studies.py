@@ -42,6 +42,7 @@ def asked(tmp_path_factory):
     return rs.study(scene, vary=vary, folder=tmp_path_factory.mktemp("asked") / "loads")
 
 
+@pytest.mark.slow
 def test_rows_have_the_estimates_of_each_run_at_each_energy_and_temperature(asked):
     found = {}
     for row in asked.rows():
