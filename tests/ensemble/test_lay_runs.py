@@ -4,8 +4,7 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 import pytest
-from conftest import FULL
-from small_scene import CAPPED
+from small_scene import CAPPED, FULL
 
 import roughsim as rs
 from roughsim import prediction
