@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.limit import by_bound, by_law, by_power, by_shape, by_steps
+from roughsim.estimate.limit import OF_SHAPE, by_bound, by_law, by_power, by_shape, by_steps
 from roughsim.estimate.mean import Mean, exact
 from roughsim.estimate.telescoping import LevelMean, change_by_pixel, telescoped
 from roughsim.grid import Array
@@ -159,8 +159,9 @@ def continuation(scene: Scene, column: str, observable: str, levels: list[LevelM
     if law is not None:
         return by_steps(levels, law) if record.as_flash else by_law(levels, law)
     theory = prediction.continuation(scene, column, q, followed)
-    if theory is not None:
-        return by_shape(levels, theory, yields=column == "capped")
+    if theory is not None:  # of capped contact a part may yield
+        least = 1.0 if column == "capped" else OF_SHAPE if followed == FLASH else 0.0
+        return by_shape(levels, theory, least)
     alike = prediction.follows_power(scene, q)
     top, end = levels[-1].mean.value, scene.spectrum.breaks[-1]
     nothing = exact(np.zeros_like(top))

@@ -17,6 +17,9 @@ from roughsim.grid import Array
 
 # share of the rest that is uncertain, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW, _OF_STEPS = 0.1, 0.25
+# of T_flash by the theory's shape: steps over those of the theory fall by a fifth an octave in wide spectra, so that .6
+# to 1 of the rest by its steps follows
+OF_SHAPE = 0.5
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
 _USUAL_SCATTER, _LEAST_EXPONENT = (
     0.3,
@@ -39,8 +42,8 @@ def by_law(levels: list[LevelMean], law: Array) -> Mean:
     return replace(rest, errors={"bandwidth": error}, way="by the calibrated law")
 
 
-def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) -> Mean:
-    """Return the rest by steps of the theory; after one step half of it is uncertain, all of it if a part `yields`.
+def by_shape(levels: list[LevelMean], theory: Array, least: float = 0.0) -> Mean:
+    """Return the rest by steps of the theory; after one step half of it is uncertain, and the share `least` or more.
 
     What is zero up to here, as where nothing yields yet, may rise as much as the theory.
     `theory` has its values at all cut-offs and at the end, (levels + 1, speeds); NaN outside its known range.
@@ -49,8 +52,8 @@ def by_shape(levels: list[LevelMean], theory: Array, *, yields: bool = False) ->
     error = np.abs(alike.value)
     if len(levels) > 1:
         rest = _by_steps(levels, theory)
-        least = 1.0 if yields else max(_OF_STEPS, 0.5 ** (len(levels) - 1))
-        error = np.maximum(np.abs(rest.value - alike.value), least * np.abs(rest.value))
+        share = max(least, _OF_STEPS, 0.5 ** (len(levels) - 1))
+        error = np.maximum(np.abs(rest.value - alike.value), share * np.abs(rest.value))
     with np.errstate(invalid="ignore"):  # infinite at rest
         error = np.where(levels[-1].mean.value == 0.0, np.abs(theory[-1] - theory[-2]), error)
     tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(levels[-1].mean.value)

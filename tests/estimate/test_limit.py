@@ -137,16 +137,14 @@ def test_values_below_zero_go_on_as_those_above():
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_where_a_part_of_the_contact_yields_all_of_the_rest_by_the_shape_is_in_doubt(count):
     means = [[1.0 + 1.5 * value] for value in THEORY[3 - count : 3]]
-    limit = by_shape(
-        rungs_at(means, CUT_OFFS[3 - count :]), THEORY[-count - 1 :, None], yields=True
-    )
+    limit = by_shape(rungs_at(means, CUT_OFFS[3 - count :]), THEORY[-count - 1 :, None], least=1.0)
     assert limit.errors["bandwidth"][0] == pytest.approx(limit.value[0], rel=1e-12)
 
 
 @pytest.mark.parametrize("means", [[[0.0, 0.3]], [[0.0, 0.25], [0.0, 0.3]]])
 def test_what_is_zero_so_far_may_rise_as_much_as_the_theory(means):
     theory = np.array([[1e-4, 2e-3], [5e-4, 3e-3], [4e-3, 4e-3]])[2 - len(means) :]
-    limit = by_shape(rungs_at(means, CUT_OFFS[-len(means) :]), theory, yields=True)
+    limit = by_shape(rungs_at(means, CUT_OFFS[-len(means) :]), theory, least=1.0)
     assert (limit.value[0], limit.errors["bandwidth"][0]) == (0.0, pytest.approx(3.5e-3, rel=1e-12))
     assert limit.errors["bandwidth"][1] > 0.04
 
