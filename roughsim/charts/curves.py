@@ -131,7 +131,7 @@ def curves_chart(
             panels[-1].set_axis_off()
             panels[-1].legend(handles=handles, loc="upper left", borderaxespad=0)
             if one_run:
-                _write_about_run(panels[-1], entries[0])
+                _write_about_run(panels[-1], entries[0], len(handles))
         else:
             panels[0].legend(handles=handles, loc="best")
 
@@ -312,8 +312,8 @@ def _handles(
     return handles
 
 
-def _write_about_run(axes: Axes, entry: Entry) -> None:
-    """Write lines on a run, its bands and the share of its heat below the legend."""
+def _write_about_run(axes: Axes, entry: Entry, above: int) -> None:
+    """Write lines on a run, its bands and the share of its heat below the lines of the legend `above`."""
     run = entry.run
     assert run is not None
     drawn = [entry.in_motion(name, column) for name in ALL[2:] for column in entry.columns()]
@@ -328,4 +328,4 @@ def _write_about_run(axes: Axes, entry: Entry) -> None:
     ]
     text = "\n".join(fill(line, 50) for line in lines if line)
     style: Any = {"va": "top", "fontsize": 8, "linespacing": 1.4, "parse_math": False}
-    axes.text(0, 0.6, text, transform=axes.transAxes, **style)
+    axes.text(0, min(0.6, 0.95 - 0.07 * above), text, transform=axes.transAxes, **style)
