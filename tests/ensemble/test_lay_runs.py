@@ -73,6 +73,14 @@ def test_full_contact_sums_its_modes():
     np.testing.assert_allclose(member.observables.flash_temperature, expected, rtol=1e-6)
 
 
+def test_theory_of_full_contact_has_its_slopes():
+    # σ_q = E*|q|h_q/2 of all waves, so that ⟨σ²⟩ − σ₀² = (E*ξ/2)² with the rms slope ξ
+    scene = parse_scene(FULL.replace(LENGTHS, "").replace("hurst", "lay = 4\nhurst"))
+    slope = scene.spectrum.rms_slope * sqrt((4 + 1 / 4) / 2)
+    found = prediction.predictions(scene)["pressure_variance"]
+    assert found == pytest.approx((0.5 * scene.effective_modulus * slope) ** 2, rel=1e-6)
+
+
 def _erf(z):
     """erf by its own series and asymptotic form, beside the product's."""
     from scipy.special import wofz
@@ -93,7 +101,7 @@ def test_problem_has_the_lay_of_its_scene():
 @pytest.fixture(scope="module")
 def grooved_run(tmp_path_factory):
     text = FREE.replace("[surface]\n", "[surface]\nlay = 3\n").replace(
-        "speed = [0, 0.1, 35]", 'speed = [0.1, 35]\ndirection = ["0 deg", "90 deg"]'
+        "speed = [0, 0.1, 35]", 'speed = [0.1, 1, 35]\ndirection = ["0 deg", "90 deg"]'
     )
     scene = parse_scene(text.replace("max_realizations = 6", "max_realizations = 4"))
     return rs.run(scene, tmp_path_factory.mktemp("grooved") / "run", progress=False)
@@ -103,7 +111,7 @@ def test_results_have_an_axis_of_directions(grooved_run):
     found = grooved_run.estimate("flash_temperature")
     assert found.dims == ("direction", "speed")
     np.testing.assert_allclose(found.coords["direction"], [0.0, pi / 2])
-    along, across = found.mean[:, 1]
+    along, across = found.mean[:, 2]
     assert along > 1.2 * across > 0.0
 
 
@@ -113,7 +121,7 @@ def test_comparison_has_rows_by_direction(grooved_run):
         if row["observable"] == "flash_temperature"
     ]  # fmt: skip
     places = [(row["direction"], row["speed"]) for row in rows]
-    assert places == [(0.0, 0.1), (0.0, 35.0), (pi / 2, 0.1), (pi / 2, 35.0)]
+    assert places == [(angle, speed) for angle in (0.0, pi / 2) for speed in (0.1, 1.0, 35.0)]
     found = grooved_run.estimate("flash_temperature").mean.ravel()
     assert [row["capped"]["mean"] for row in rows] == found.tolist()
     assert all(row["calibrated"] > 0.0 for row in rows)
@@ -122,7 +130,7 @@ def test_comparison_has_rows_by_direction(grooved_run):
 def test_members_are_exported_by_direction(grooved_run):
     dataset = grooved_run.to_xarray()
     assert dataset.flash_temperature.dims == ("level", "realization", "direction", "speed")
-    assert dataset.sizes["direction"] == dataset.sizes["speed"] == 2
+    assert (dataset.sizes["direction"], dataset.sizes["speed"]) == (2, 3)
     stored = grooved_run.members[2, 0].numbers["flash_temperature"]
     np.testing.assert_array_equal(dataset.flash_temperature[2, 0].values.ravel(), 0.9 * stored)
 
@@ -131,6 +139,18 @@ def test_fields_have_the_stretched_cell(grooved_run):
     level = grooved_run.picture()
     x, y = grooved_run.grid(level).lengths
     assert x / y == pytest.approx(3.0 * np.divide(*grooved_run.numerics.lengths))
+    assert grooved_run.samples()[0].reach == pytest.approx(0.5 * np.hypot(*grooved_run.sides))
+
+
+def test_other_speeds_are_in_the_first_direction(grooved_run):
+    scene, speeds = grooved_run.scene, np.array([2.0, 3.0])
+    first = prediction.over_speed(scene.towards(0.0), speeds)["flash_temperature"]
+    found = prediction.over_speed(scene, speeds)["flash_temperature"]
+    np.testing.assert_array_equal(found, first)
+    assert (
+        found[0]
+        > 1.1 * prediction.over_speed(scene.towards(pi / 2), speeds)["flash_temperature"][0]
+    )
 
 
 @pytest.mark.parametrize(
@@ -158,11 +178,11 @@ def test_theory_of_a_faint_lay_is_isotropic(rule):
 
 def test_theory_has_arrays_over_direction_and_speed(grooved_run):
     values = rs.theory(grooved_run.scene).to_dict()
-    assert np.shape(values["calibrated"]["flash_temperature"]) == (2, 2)
-    assert np.shape(values["flash_temperature"]) == (2, 2)
+    assert np.shape(values["calibrated"]["flash_temperature"]) == (2, 3)
+    assert np.shape(values["flash_temperature"]) == (2, 3)
     assert (values["lay"], values["lay_direction"]) == (3.0, 0.0)
     assert values["direction"] == [0.0, pi / 2]
-    assert values["speed"] == [0.1, 35.0]
+    assert values["speed"] == [0.1, 1.0, 35.0]
 
 
 def test_first_screen_has_directions_in_order(grooved_run):
