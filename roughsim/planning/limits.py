@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from roughsim import prediction
+from roughsim.grid import Grid
 from roughsim.planning.levels import SIDE, cell_of
 from roughsim.prediction.bodies import conduction
 from roughsim.prediction.camera import FAST, side_of
@@ -105,7 +106,7 @@ def judge(
     plain = [*scene.slips, *scanned, *cautions(scene, drawn=drawn, measured=measured)]
     try:
         cell = numerics.lengths if numerics else cell_of(prediction.computed(scene))[0]
-        known = facts_of(scene, cell)
+        known = facts_of(scene, Grid((1, 1), cell).stretched(scene.lay).lengths)
     except NO_VALUE as error:
         text = f"the theory of this scene cannot be evaluated ({error}); contact area and temperature are not checked"
         unknown = Remark("no theory", "theory", " ".join(text.split()))

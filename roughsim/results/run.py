@@ -271,7 +271,7 @@ class Run(Estimates):
             v, m/s, for heat_flux, temperature and seen: any speed, also one without moments in the run; negative: the
             opposite direction.
         direction : float
-            Angle of sliding, radians from axis 0 towards axis 1.
+            Angle of sliding, radians from axis 0 towards axis 1; axis 0 is along the grooves of faces with a lay.
 
         Returns
         -------
