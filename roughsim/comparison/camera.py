@@ -19,7 +19,10 @@ def seen(scene: Scene) -> list[str]:
 
 
 def pictured(scene: Scene, columns: Mapping[str, ColumnOf], *simulated: str) -> Iterator[str]:
-    """Yield a line on the picture at the highest speed, by simulated columns that have it, and the calibrated law."""
+    """Yield a line on the picture at the highest speed, by simulated columns that have it, and the calibrated law.
+
+    Of several directions it is the first.
+    """
     if scene.camera is None:
         return
     names = seen(scene)
@@ -27,7 +30,11 @@ def pictured(scene: Scene, columns: Mapping[str, ColumnOf], *simulated: str) -> 
     k, parts = int(np.argmax(scene.speeds)), []
     for name in names:
         found = (columns[column](name) for column in shown)
-        values = [str(one.number(k)) for one in found if one is not None]
+        values = [
+            str(one.number(*map(int, np.unravel_index(k, one.mean.shape))))
+            for one in found
+            if one is not None
+        ]
         if values:
             parts.append(f"{with_unit(name, OBSERVABLES[name].unit)} {', '.join(values)}")
     yield f"camera at {scene.speeds[k]:g} m/s ({', '.join(shown)}): {'; '.join(parts)}."

@@ -18,6 +18,7 @@ from roughsim.scene.numerics import Numerics
 from roughsim.sliding.member import SlideProblem
 from roughsim.sliding.path import oblique_path, pixel_of_path, slope
 from roughsim.sliding.pictures import Shutter
+from roughsim.surface.directions import directed_as
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 
 _LEAST_STEPS = 4  # of a slide: the last half has means
@@ -166,7 +167,8 @@ def _problem(scene: Scene, numerics: Numerics, level: int, q_max: float, grid: G
         if (
             numerics.levels[level].column == "smoothed"
         ):  # elastic contact of the surface that yielding leaves
-            spectrum = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_max)
+            smoothed = TruncatedSpectrum(prediction.smoothed_spectrum(scene), q_max)
+            spectrum = directed_as(scene.spectrum, smoothed)
         return Problem(
             spectrum=spectrum,
             grid=grid,

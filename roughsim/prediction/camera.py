@@ -63,7 +63,7 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
     not known.
     """
     result = np.full(len(scene.speeds), nan)
-    if scene.camera is None or name not in FORMULAS:
+    if scene.camera is None or name not in FORMULAS or scene.scanned_lay is not None:
         return result
     looks, speeds = views(scene), np.array(scene.speeds)
     for indices, constants in groups(scene, speeds):
@@ -144,7 +144,7 @@ def side_of(diagonal: float) -> float:
 
 def seen_by(scene: Scene, name: str, q: Array, stress: Array, reach: float) -> Array:
     """Return an observable of the picture of a stress spectrum on modes, as a level with this one member has it."""
-    if scene.camera is None or name not in FORMULAS:
+    if scene.camera is None or name not in FORMULAS or scene.scanned_lay is not None:
         return np.full(len(scene.speeds), nan)
     sample = Sample(inf, 0.0, np.zeros(1, np.intp), {}, q, stress[None], reach)
     row: Array = of_level(scene, OBSERVABLES[name], sample)[0]

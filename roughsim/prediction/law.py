@@ -41,6 +41,8 @@ class Calibrated:
 def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
+    if scene.scanned_lay is not None:
+        return Calibrated(None, (), errors, "the law has no directions of a scan")
     try:
         law: Any
         if scene.lay > 1.0:

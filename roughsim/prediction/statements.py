@@ -84,6 +84,8 @@ def _of_textures(scene: Scene) -> Iterator[Remark]:
             of_face = f" of [{face}]" * (len(scene.textures) > 1)
             of = f" of map {number}" * (len(maps) > 1) + of_face
             drawn = "of the map; drawn surfaces are isotropic"
+            if scene.scanned_lay is not None and scene.sections_of_faces[face].directed is not None:
+                drawn = "of the map, whose directions drawn surfaces have"
             yield Remark("assumption", f"texture{of}", drawn, texture.waves())
             gaussian = f"Gaussian 0 and 3; {texture.extremes()}"
             yield Remark("assumption", f"heights{of}", gaussian, texture.heights())
@@ -164,7 +166,7 @@ def cautions(
     """
     if drawn:
         yield from texture_warnings(scene)
-    if drawn and scene.sliding.direction is not None and scene.lay == 1.0:
+    if drawn and scene.sliding.direction is not None and not scene.directions:
         angles = ", ".join(f"{degrees(angle):.4g}°" for angle in scene.sliding.direction)
         yield Remark(
             "caution",
@@ -172,13 +174,22 @@ def cautions(
             f"sliding.direction = {angles} changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction",
         )
+    if drawn and scene.scanned_lay is not None:
+        yield Remark(
+            "caution",
+            "directions of a scan",
+            "surfaces have the directions of the map, but the theory is isotropic: in each direction of sliding it has "
+            "the same value, and columns of simulations hold",
+        )
     yield from _caution_of_heat(scene, measured)
 
 
 def texture_warnings(scene: Scene) -> Iterator[Remark]:
     """Yield a warning for each difference between surfaces drawn from C(q) and the map that it was measured on."""
     for face, maps in scene.textures.items():
-        yield from dict.fromkeys(line for texture in maps for line in texture.warnings(face))
+        drawn = scene.scanned_lay is not None and scene.sections_of_faces[face].directed is not None
+        lines = (line for texture in maps for line in texture.warnings(face, drawn=drawn))
+        yield from dict.fromkeys(lines)
 
 
 def takes_all(scene: Scene) -> bool:

@@ -190,6 +190,8 @@ def load_map(
                 f"{source}: {path} is a line scan, of which there is C(q), but no map to press; use run"
             )
         maps.append(cast("Topography", scan))
+        if scene.sections_of_faces[name].psd_directions:  # the map itself has them
+            scene = scene.with_(f"{name}.psd_directions", None)
     return scene, maps
 
 

@@ -29,7 +29,7 @@ from roughsim.scene.checks import (
     missing_second_body,
 )
 from roughsim.scene.ensemble import EnsembleSection
-from roughsim.scene.numerics import NumericsSection
+from roughsim.scene.numerics import SLIDING, NumericsSection
 from roughsim.scene.reactions import ObservablesSection, ReactionSection
 from roughsim.scene.schema import Record, record
 from roughsim.scene.sections import (
@@ -42,11 +42,12 @@ from roughsim.scene.sections import (
     read_title,
 )
 from roughsim.scene.slips import slips, steepness
-from roughsim.scene.tables import PSD_SCALES, Rows, at_temperature, values_of
+from roughsim.scene.tables import PSD_SCALES, Rows, at_temperature, directions_of, values_of
 from roughsim.scene.written import as_content, scene_table, toml_of
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark, most_serious_first
 from roughsim.show.text import marked
+from roughsim.surface.directions import DirectedSpectrum
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 from roughsim.surface.topography import Texture
@@ -146,10 +147,11 @@ class Scene(Record):
     @cached_property  # asked for with each spectrum, and by two faces that slide
     def faces(self) -> tuple[Face, ...]:
         """C(q) of each rough face, m⁴: one or two."""
-        face, other = _face_spectrum(self.surface), self.counterface
+        directed = self.scanned_lay is not None
+        face, other = _face_spectrum(self.surface, directed), self.counterface
         if other is None or not (other.like or other.rough):
             return (face,)
-        return (face, face if other.like else _face_spectrum(other))
+        return (face, face if other.like else _face_spectrum(other, directed))
 
     @property
     def sliding_faces(self) -> tuple[Face, Face | None]:
@@ -251,7 +253,21 @@ class Scene(Record):
     @property
     def directions(self) -> tuple[float, ...]:
         """Directions of sliding with results of their own, radians from x; none of isotropic faces."""
-        return (self.sliding.direction or _DIRECTIONS) if self.lay > 1.0 else ()
+        lay = self.scanned_lay
+        if lay is None and self.lay == 1.0:
+            return ()
+        return self.sliding.direction or tuple((lay or 0.0) + turn for turn in _DIRECTIONS)
+
+    @property
+    def scanned_lay(self) -> float | None:
+        """The angle of the lay of a scan with which surfaces are drawn, radians; None without one.
+
+        Where contact slides, or with tables over temperature, surfaces are isotropic.
+        """
+        if self.sliding.history == SLIDING or self.tables:
+            return None
+        angles = (face.directed for face in self.sections_of_rough_faces.values())
+        return next((angle for angle in angles if angle is not None), None)
 
     @property
     def first_direction(self) -> dict[str, float]:
@@ -432,14 +448,17 @@ def _layers_of(body: BodySection | CounterfaceSection) -> Layers:
     return Layers(skin, body.heat_depth or 0.0)
 
 
-def _face_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
-    """Return C(q) of one face, m⁴, in Persson's convention."""
+def _face_spectrum(face: SurfaceSection | CounterfaceSection, directed: bool) -> Face:
+    """Return C(q) of one face, m⁴, in Persson's convention, with the directions of its scan if `directed`."""
     if face.spectrum is not None:
         return TruncatedSpectrum(face.spectrum)
     if face.psd is not None:
         q, psd = np.array(face.psd).T
         per_row, factor = PSD_SCALES[face.psd_convention or ""]
-        return TabulatedSpectrum(per_row * q, factor * psd)
+        table = TabulatedSpectrum(per_row * q, factor * psd)
+        if face.psd_directions is None or not directed:
+            return table
+        return DirectedSpectrum(table, directions_of(face.psd_directions))
     shape: dict[str, Any] = {
         key: getattr(face, key) for key in ("hurst", "q_min", "q_max", "q_roll_off")
     }

@@ -121,6 +121,10 @@ def measured_psd(
         if found is not None:
             found.append((path, scan))
     spectrum, errors = combined(bins + bins_of_lines(lines))
+    directions = None
+    if isinstance(scan, Topography) and len(paths) == 1 and not textures[0].isotropic:
+        factor = scan.directions
+        directions = [[q, *row] for q, row in zip(factor.q, factor.rows, strict=True)]
     return {
         "psd": np.column_stack([spectrum.q, spectrum.psd]).tolist(),
         "psd_convention": "persson",
@@ -128,6 +132,7 @@ def measured_psd(
         "psd_error": _rounded(errors, 3),
         "psd_scans": taken,
         "psd_texture": _rounded(textures, 4) or None,
+        "psd_directions": directions,
         "psd_filled": float(f"{max(undefined):.3g}") or None,
     }
 

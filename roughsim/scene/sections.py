@@ -36,6 +36,7 @@ from roughsim.scene.skins import HeatDepth, SkinSection
 from roughsim.scene.tables import (
     Conductivity,
     FrictionCoefficient,
+    PsdDirections,
     PsdError,
     PsdTexture,
     Rows,
@@ -52,7 +53,7 @@ _SIZE_KEYS = (
     "psd",
     "spectrum",
 )  # one of them gives the roughness of a face
-_PSD_KEYS = ("psd_convention", *MEASURED_KEYS)  # they go with `psd`
+_PSD_KEYS = ("psd_convention", "psd_directions", *MEASURED_KEYS)  # they go with `psd`
 ROUGHNESS_KEYS = (*_SIZE_KEYS, *_PSD_KEYS, *_SELF_AFFINE_KEYS, "lay", "lay_direction")
 _THERMAL_KEYS = ("conductivity", "density", "heat_capacity")
 # keys of the end of a run, of kept fields, and of sources and warnings: they change no number
@@ -301,6 +302,8 @@ class SurfaceSection(Record):
     """What was read of each scan: its channel and units, in words."""
     psd_texture: PsdTexture | None = None
     """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
+    psd_directions: PsdDirections | None = None
+    """Rows (q, M at even angles from 0 on, below π): C(q⃗) = C(q) M(q, φ) of a scan with a lay, φ the angle of q⃗."""
     psd_filled: Annotated[float, Quantity("", "0.1", ge=0, lt=1)] | None = None
     """Share of the scans that was undefined and filled; part of their error."""
     hurst: Hurst | None = None
@@ -315,6 +318,12 @@ class SurfaceSection(Record):
     """γ, the ratio of lengths along the grooves and across: C is C(q) at (√γ q_along, q_across/√γ). None: isotropic."""
     lay_direction: Annotated[float, _ANGLE] | None = None
     """Of the grooves, from x towards y; None is along x."""
+
+    @property
+    def directed(self) -> float | None:
+        """The angle of the lay of a scan whose directions are known, radians; None of others."""
+        lay = self.psd_texture[0].lay if self.psd_texture else 0.0
+        return lay if self.psd_directions else None
 
     @property
     def rough(self) -> bool:

@@ -16,6 +16,7 @@ from roughsim.scene.schema import (
     is_list,
     record,
 )
+from roughsim.surface.directions import Directions
 from roughsim.surface.topography import Texture
 
 _WAVENUMBER = Quantity("rad/m", "1e4", gt=0)
@@ -25,6 +26,7 @@ _PSD = Quantity(
 _CONDUCTIVITY = Quantity("W/(m K)", '"30 W/(m K)"', gt=0)
 _FRICTION = Quantity("", "0.11", gt=0)
 MAX_ROWS = 1200  # of all tables C(q) of a scene together: written inline they still fit into 64 KiB
+_MOST_DIRECTIONS = 3000
 _MAX_TEMPERATURES = 100  # of a table over temperature
 Rows = tuple[tuple[float, float], ...]
 Numbers = tuple[tuple[FiniteFloat, ...], ...]
@@ -75,6 +77,25 @@ def _check_psd_error(rows: Numbers) -> Numbers:
     return rows
 
 
+def _check_directions(rows: Numbers) -> Numbers:
+    """Return rows (q, M at even angles); refuse rows that are no M(q, φ), and too many numbers."""
+    numbers = sum(map(len, rows))
+    if numbers > _MOST_DIRECTIONS:
+        raise ValueError(
+            f" has {numbers} numbers, above the limit of {_MOST_DIRECTIONS}; load the scan again"
+        )
+    try:
+        directions_of(rows)
+    except (ValueError, IndexError) as fault:
+        raise ValueError(f" = {len(rows)} rows: {fault}; load the scan again") from None
+    return rows
+
+
+def directions_of(rows: Numbers) -> Directions:
+    """Return M(q, φ) of rows (q, M at even angles)."""
+    return Directions(tuple(row[0] for row in rows), tuple(row[1:] for row in rows))
+
+
 def _read_textures(value: Any) -> tuple[Texture, ...]:
     """Read a row of numbers for each map."""
     try:
@@ -89,6 +110,7 @@ def _read_textures(value: Any) -> tuple[Texture, ...]:
 
 
 PsdError = Annotated[Numbers, AfterValidator(_check_psd_error)]
+PsdDirections = Annotated[Numbers, AfterValidator(_check_directions)]
 PsdTexture = Annotated[tuple[Texture, ...], BeforeValidator(_read_textures)]
 
 

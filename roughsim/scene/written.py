@@ -15,6 +15,7 @@ _TABLES = {
     "psd": 'q in rad/m (by "frequency" f in 1/m), C in m⁴',
     "psd_error": "relative to C",
     "psd_texture": _TEXTURE,
+    "psd_directions": "q in rad/m, M at even angles from x to -x",
 }
 
 

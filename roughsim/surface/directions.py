@@ -89,7 +89,7 @@ class DirectedSpectrum(Face):
     """C(q⃗) = C(q) M(q, φ): called with q alone it is C(q), the mean over directions."""
 
     whole: Face
-    factor: Directions | Lays
+    factor: "Directions | Lays | DirectionsOf"
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -120,6 +120,23 @@ class DirectedSpectrum(Face):
     def truncated(self, *, q_max: float) -> "DirectedSpectrum":
         """Return the spectrum cut off at |q⃗| = q_max, rad/m; ValueError if nothing is left."""
         return replace(self, whole=self.whole.truncated(q_max=q_max))
+
+
+@dataclass(frozen=True, slots=True)
+class DirectionsOf:
+    """M(q, φ) of another spectrum."""
+
+    spectrum: Any
+
+    def __call__(self, q: ArrayLike, angle: ArrayLike) -> Array:
+        """Return M at wavenumbers, rad/m, and angles, radians."""
+        mean = self.spectrum(q)
+        return np.where(mean > 0.0, self.spectrum.at(q, angle) / np.where(mean > 0, mean, 1), 1)
+
+
+def directed_as(like: Face, spectrum: Face) -> Face:
+    """Return a spectrum with the directions of another, if that has any."""
+    return DirectedSpectrum(spectrum, DirectionsOf(like)) if like.directed else spectrum
 
 
 def of_lays(terms: Sequence[tuple[Face, float, float]], q: ArrayLike, angle: ArrayLike) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.grid import Array, Grid
+from roughsim.surface.directions import Directions, measured_directions
 from roughsim.surface.topography.contents import Contents, NoHeightsError, check_points
 from roughsim.surface.topography.instruments import (
     TIFF,
@@ -27,6 +28,7 @@ from roughsim.surface.topography.measured import (
     window_share,
 )
 from roughsim.surface.topography.netcdf import of_netcdf
+from roughsim.surface.topography.periodic import periodic_part
 from roughsim.surface.topography.profiles import line_modes, of_surface
 from roughsim.surface.topography.sizes import assumed, taken, with_size_and_unit
 from roughsim.surface.topography.text import (
@@ -62,6 +64,13 @@ class Topography:
     def bins(self) -> BinnedSpectrum:
         """C(q), averaged over directions and bins of log q."""
         return map_spectrum(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
+
+    @property
+    def directions(self) -> Directions:
+        """M(q, φ) of C(q⃗) = C(q) M, from its periodic part."""
+        heights = self.heights if self.periodic else periodic_part(self.heights)
+        power = np.abs(np.fft.rfft2(heights)) ** 2
+        return measured_directions(power, self.grid, min(self.grid.nyquist, self.reliable))
 
     @property
     def texture(self) -> Texture:

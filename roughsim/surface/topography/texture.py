@@ -98,9 +98,12 @@ class Texture(NamedTuple):
         tops = f"the highest {100 * _TOPS:g} % of the points have {self.slope_of_tops:.2g} of the rms slope of all"
         return tops + outlying * (self.outlying > 0.0)
 
-    def warnings(self, face: str) -> Iterator[Remark]:
-        """Yield a warning for each way in which surfaces drawn from C(q) are not like the map of a face."""
-        if not self.isotropic:
+    def warnings(self, face: str, *, drawn: bool = False) -> Iterator[Remark]:
+        """Yield a warning for each way in which drawn surfaces are not like the map of a face.
+
+        `drawn` is whether they have the directions of the map.
+        """
+        if not self.isotropic and not drawn:
             yield Remark(
                 "caution",
                 f"isotropy of [{face}]",

@@ -1,0 +1,125 @@
+"""Scenes of a scan with a lay: surfaces have its directions, results an axis of them."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import roughsim as rs
+from roughsim.planning.limits import judge
+from roughsim.scene import parse_scene
+from roughsim.scene.files import load_map
+from roughsim.surface.directions import Directions
+from roughsim.surface.topography import encoded
+
+SIDE = 4e-4
+LAY = 0.5
+
+
+def scene_of(folder, ratio, **sliding):
+    """A scene of a map, 48 × 48 points, with a lay."""
+    grid = rs.Grid((48, 48), (SIDE, SIDE))
+    qx, qy = grid.wavevectors
+    along = (qx * math.cos(LAY) + qy * math.sin(LAY)) * math.sqrt(ratio)
+    across = (qy * math.cos(LAY) - qx * math.sin(LAY)) / math.sqrt(ratio)
+    q = np.maximum(np.hypot(along, across), 6 * math.pi / SIDE)
+    noise = np.fft.rfft2(np.random.default_rng(1).standard_normal(grid.shape))
+    heights = np.fft.irfft2(noise * q**-1.8, grid.shape)
+    (folder / "map.nc").write_bytes(encoded(4e-7 * heights / heights.std(), grid, ".nc"))
+    body = {"youngs_modulus": 2e11, "poisson_ratio": 0.3, "penetration_hardness": 1.2e9}
+    heat = {"conductivity": 30.0, "density": 7900.0, "heat_capacity": 500.0}
+    slides = {"nominal_pressure": 9e7, "friction_coefficient": 0.11, "speed": [35.0]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        content = {
+            "surface": {"topography": str(folder / "map.nc")},
+            "body": body | heat,
+            "sliding": slides | sliding,
+        }
+        return content, rs.load_scene(content)
+
+
+def test_a_scan_with_a_lay_has_directions_about_it(tmp_path):
+    content, scene = scene_of(tmp_path, 5.0)
+    lay = scene.scanned_lay
+    assert abs(lay - LAY) < 0.05
+    assert scene.directions == pytest.approx([lay, lay + math.pi / 4, lay + math.pi / 2])
+    assert scene.headings == pytest.approx(scene.directions)
+    assert scene.lay == 1.0  # the cell has equal sides
+    assert scene.spectrum.directed
+    assert sum(map(len, scene.surface.psd_directions)) <= 3000
+    again = parse_scene(scene.to_toml())
+    assert again == scene
+    assert again.identity() == scene.identity()
+    assert "surface.psd_directions" in scene.identity()
+    warned = list(map(str, judge(scene).warnings))
+    assert any("the theory is isotropic" in line for line in warned)
+    assert not any("is not isotropic:" in line for line in warned)
+    # the map itself is pressed without them
+    pressed, _ = load_map(content)
+    assert not pressed.directions
+    assert pressed.surface.psd_directions is None
+
+
+def test_an_isotropic_scan_has_no_directions(tmp_path):
+    _, scene = scene_of(tmp_path, 1.0)
+    assert scene.surface.psd_directions is None
+    assert not scene.directions
+    assert not scene.spectrum.directed
+
+
+def test_given_directions_replace_those_of_a_scan(tmp_path):
+    _, scene = scene_of(tmp_path, 5.0, direction=["10 deg", "20 deg"])
+    assert scene.directions == pytest.approx(np.radians([10, 20]))
+
+
+def test_sliding_contacts_are_drawn_without_directions(tmp_path):
+    _, scene = scene_of(tmp_path, 5.0)
+    frozen = scene.content()
+    frozen["sliding"] |= {
+        "friction_coefficient": {"temperature": [300, 900], "value": [0.1, 0.2]},
+        "background_temperature": 300.0,
+    }
+    tables = type(scene)(**frozen)
+    assert not tables.directions
+    assert not tables.spectrum.directed
+    assert any("is not isotropic:" in str(line) for line in judge(tables).warnings)
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("[[1e4, 1, 1], [1e4, 1, 1]]", "rising wavenumbers"),
+        ("[[1e4, 1, -1]]", "rows of equal length, ≥ 0"),
+        ("[[1e4, 0, 0]]", "not all 0"),
+        ("[[1e4]]", "not all 0"),
+        (f"[{', '.join([str([1e4 * (k + 1), *[1] * 60]) for k in range(50)])}]", "limit of 3000"),
+    ],
+)
+def test_bad_directions_of_a_scene_are_refused(value, words):
+    text = rs.load_scene("demo").to_toml()
+    begin, rest = text.split("[surface]")
+    body = rest[rest.index("[body]") :]
+    rows = 'psd = [[1e5, 1e-27], [1e6, 1e-31]]\npsd_convention = "persson"\npsd_source = "scan"'
+    with pytest.raises(ValueError, match=words):
+        parse_scene(f"{begin}[surface]\n{rows}\npsd_directions = {value}\n{body}")
+
+
+def test_directions_need_a_table():
+    with pytest.raises(ValueError, match="psd_directions goes with psd_file only"):
+        rs.load_scene("demo", {"surface.psd_directions": [[1e4, 1.0, 1.0]]})
+
+
+@pytest.mark.slow
+def test_a_run_of_a_scan_has_its_directions(tmp_path):
+    _, scene = scene_of(tmp_path, 5.0)
+    scene = scene.with_("ensemble.realizations", 2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        run = rs.run(scene.content(), tmp_path / "run", progress=False)
+    found = rs.compare(run).columns["capped"]("flash_temperature").mean
+    assert np.shape(found) == (3, 1)
+    along, oblique, across = np.ravel(found)
+    assert along > 1.2 * oblique > 1.2 * across
+    assert isinstance(run.scene.spectrum.factor, Directions)
