@@ -121,6 +121,7 @@ def test_the_form_holds_every_key_and_says_what_is_missing():
         "psd",
         "psd_error",
         "psd_texture",
+        "psd_directions",
         "psd_filled",
         "psd_scans",
         "column",

@@ -134,6 +134,7 @@ psd_convention = "persson"
 psd_source = "scan"
 psd_error = [[0.1], [0.2]]
 psd_texture = [[1.1, 0.3, 1.2, 0.4, 1e4, 2e4, 0.0, 3.0, 0.0, 1.0]]
+psd_directions = [[1e4, 1.0, 2.0]]
 psd_filled = 0.1
 psd_scans = ["map.gwy: heights in m"]"""
 NAMED_FACE = 'spectrum = { name = "k_correlation", rms_height = 1e-7, hurst = 0.7, q_min = 1e3, q_roll_off = 1e4, q_max = 1e6 }'
