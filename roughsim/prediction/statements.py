@@ -179,7 +179,7 @@ def cautions(
             "caution",
             "directions of a scan",
             "surfaces have the directions of the map, but the theory is isotropic: in each direction of sliding it has "
-            "the same value, and columns of simulations hold",
+            "the same value, and columns of simulations hold; `roughsim press` computes the map itself",
         )
     yield from _caution_of_heat(scene, measured)
 
