@@ -108,14 +108,15 @@ def _halved(correlation: np.ndarray) -> float:
     return 2 * (k - relative[k] / (relative[k] - relative[k - 1]))
 
 
-def slides(count: int) -> list[Drawn]:
+def slides(count: int, pixels: int = 8) -> list[Drawn]:
     """Return fresh contacts, elastic and yielding in turns, with 8 pixels per wave and not too many points."""
     drawn = [replace(one, pixels=8) for one in contacts(SEED + 2, 30 * count, ("exposed",))]
     small = [one for one in drawn if one.grid.shape[0] <= 448]
     kinds = [
         [one for one in small if (one.hardness == inf) == elastic] for elastic in (True, False)
     ]
-    return [one for pair in zip(*kinds, strict=False) for one in pair][:count]
+    in_turns = [one for pair in zip(*kinds, strict=False) for one in pair][:count]
+    return [replace(one, pixels=pixels) for one in in_turns]
 
 
 def slide(one: Drawn, contact: rs.Contact) -> tuple[float, float]:
@@ -260,7 +261,7 @@ def main() -> None:
     tables = (
         ("contacts", contacts(SEED, count), surfaces, mean_square, (), lambda one, _: view(one)),
         ("marches", contacts(SEED + 1, marches, ("exposed",)), half, march, MARCHED, marched_view),
-        ("slides", slides(slid), half, slide, SLID, slid_view),
+        ("slides", slides(slid, 3 if options.toy else 8), half, slide, SLID, slid_view),
     )
     points, numbers = [], {}
     for name, drawn, many, taken, frames, as_law in tables:
