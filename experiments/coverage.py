@@ -95,13 +95,13 @@ def soft_cases(seed: int) -> dict[str, make_deep.Case]:
 
 
 def lay_cases(seed: int) -> dict[str, make_deep.Case]:
-    """Return twenty scenes of faces with a lay that are drawn with a seed, by name, with ladders of half a minute."""
+    """Return twenty scenes of faces with a lay that are drawn with a seed, by name, with ladders of a minute."""
     cases = {
         name: make_deep.case_of(rs.load_scene(sections))
         for name, sections in drawn.lay_scenes(seed).items()
     }
     return {
-        name: replace(case, members=(120, 40, 6), most_side=1024) for name, case in cases.items()
+        name: replace(case, members=(120, 40, 6), most_side=2048) for name, case in cases.items()
     }
 
 
