@@ -82,7 +82,7 @@ def test_directions_keep_the_rms_height():
     isotropic = mode_variance(LAW, GRID)
     directed = mode_variance(DirectedSpectrum(LAW, table(np.random.default_rng(3))), GRID)
     total = np.sum(isotropic * GRID.multiplicity)
-    assert np.sum(directed * GRID.multiplicity) == pytest.approx(total, rel=1e-12)
+    assert np.sum(directed * GRID.multiplicity) == pytest.approx(total, rel=1e-12, abs=0.0)
     assert np.max(directed) > 1.1 * np.max(isotropic)
 
 
@@ -95,7 +95,7 @@ def test_a_lay_has_the_slope_of_the_stretched_cell(ratio, most, angle):
     grid = rs.Grid((128, 128), (SIDE, SIDE))
     spectrum = with_lays([(face, ratio, angle)])
     variance = mode_variance(spectrum, grid) * grid.multiplicity
-    assert variance.sum() == pytest.approx(face.moment(0), rel=1e-3)
+    assert variance.sum() == pytest.approx(face.moment(0), rel=1e-3, abs=0.0)
     slopes = face.moment(2) * 0.5 * (ratio + 1 / ratio)
     assert np.sum(variance * grid.wavenumbers**2) == pytest.approx(slopes, rel=most)
     qx, qy = np.broadcast_arrays(*grid.wavevectors)
@@ -143,7 +143,7 @@ def test_a_nyquist_mode_has_both_directions():
     for mode in ((32, 5), (3, 32)):
         other = (-mode[0], mode[1]) if mode[0] == 32 else (mode[0], -mode[1])
         expected = integral(spectrum, mode) + integral(spectrum, other)
-        assert found[mode] == pytest.approx(expected, rel=0.03)
+        assert found[mode] == pytest.approx(expected, rel=0.05, abs=0.0)  # a part of a cell
 
 
 @pytest.mark.statistical
