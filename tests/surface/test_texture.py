@@ -321,7 +321,7 @@ def test_a_direction_is_read_with_its_unit_and_said_to_change_nothing_on_drawn_s
     from roughsim.planning.limits import judge
 
     scene = rs.load_scene("demo", {"sliding.direction": "30 deg"})
-    assert scene.sliding.direction == pytest.approx(math.pi / 6)
+    assert scene.sliding.direction == pytest.approx((math.pi / 6,))
     assert any("direction = 30°" in line and "isotropic" in line for line in judge(scene).warnings)
     with pytest.raises(ValueError, match='must be .* "30 deg"'):
         rs.load_scene("demo", {"sliding.direction": 30.0})
