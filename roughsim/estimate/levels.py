@@ -7,6 +7,7 @@ solved at l and at the level below. The mean is T = ⟨T₀⟩ Π ⟨T_l⟩/⟨T
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from math import degrees
 
 import numpy as np
 
@@ -232,5 +233,7 @@ def notes_of(
             "cell of more waves, or layers that heat has passed"
         )
     if OBSERVABLES[observable].per_speed:
-        notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.sliding.speed)} m/s")
+        along = ", ".join(f"{degrees(angle):.4g}" for angle in scene.directions)
+        towards = f", at each of the directions {along}°" * bool(along)
+        notes.append(f"speeds {', '.join(f'{v:g}' for v in scene.sliding.speed)} m/s{towards}")
     return tuple(notes)

@@ -190,3 +190,8 @@ def test_first_screen_has_directions_in_order(grooved_run):
     turned = [[float(cell) for cell in row[:2]] for row in rows]
     assert turned == sorted(turned, key=lambda row: (-row[1], row[0]))
     assert len({direction for direction, _ in turned}) > 1
+
+
+def test_explanation_names_the_directions(grooved_run):
+    text = grooved_run.estimate("flash_temperature").explain()
+    assert "speeds 0.1, 1, 35 m/s, at each of the directions 0, 90°" in text
