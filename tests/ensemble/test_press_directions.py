@@ -200,7 +200,7 @@ def test_table_json_and_report_have_directions_and_twin_and_compute_nothing(
         f"{run.over_twin[1]:.4g} ± unknown",  # one twin shows no scatter
     ):
         assert words in text
-    assert "texture: slopes" in text
+    assert "texture: waves" in text
     with pytest.raises(SystemExit, match="0"):
         main(["compare", str(run.folder), "--json"])
     table = json.loads(capsys.readouterr().out)
