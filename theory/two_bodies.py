@@ -50,7 +50,7 @@ _EXCHANGED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ
 _MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
 _MIRROR = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged
 _SHARES = 6
-_EVEN = 1e-6  # of M_00, no backgrounds: the least that counts of the mean over σ̄ − σ, which is 0 where all has yielded
+_EVEN = 1e-10  # of M_00, no backgrounds: the least that counts of the mean over σ̄ − σ, which is 0 where all has yielded
 _AGES = np.append(0.0, np.geomspace(1e-3, 1.0, 32))  # of the time slid: shares are constant between
 _EARLIER = np.geomspace(1e-9, 1e-3, 40)[:-1]  # further ages of heat that enters a body with layers
 

@@ -368,6 +368,15 @@ def test_light_slow_contact_changes_smoothly_with_the_way():
     assert np.all((slid.moving_share > 0.0) & (slid.moving_share < 1.0))
 
 
+@pytest.mark.parametrize("distance", [4e-3, 1e4])
+def test_in_full_contact_both_bodies_have_one_flash_temperature(distance):
+    # they touch everywhere, so that their backgrounds, up to 1e6 times as high, are equal too
+    rough = {"spectrum": SelfAffine(level=1e-28, q_min=2e4, q_max=3e5), "moving_roughness": 0.8}
+    solid = {"nominal_pressure": 2e9, "penetration_hardness": None, "slid_distance": distance}
+    slid = sliding(**rough, **solid, **GLASS)
+    assert slid.resting_flash_temperature == pytest.approx(slid.flash_temperature, rel=1e-8)
+
+
 @pytest.mark.slow
 def test_the_even_share_counts_where_the_pressure_is_uneven_alone(monkeypatch):
     yielded = {"spectrum": SelfAffine(level=1e-24), "moving_roughness": 0.3, **GLASS}
