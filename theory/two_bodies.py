@@ -50,7 +50,9 @@ _EXCHANGED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ
 _MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
 _MIRROR = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged
 _SHARES = 6
-_EVEN = 1e-10  # of M_00, no backgrounds: the least that counts of the mean over σ̄ − σ, which is 0 where all has yielded
+# of the mean over σ of heat as σ̄, 0 in full contact: the least that counts of the one over σ̄ − σ, 0 where all has
+# yielded
+_EVEN = 1e-6
 _AGES = np.append(0.0, np.geomspace(1e-3, 1.0, 32))  # of the time slid: shares are constant between
 _EARLIER = np.geomspace(1e-9, 1e-3, 40)[:-1]  # further ages of heat that enters a body with layers
 
@@ -204,7 +206,7 @@ def _shared(
     moving[..., 0, 0] += hot_background
     system = moving + cold
     system[..., 0, 0] += cold_background
-    system[..., 1, 1] += _EVEN * (hot + cold)[..., 0, 0]
+    system[..., 1, 1] += _EVEN * (hot + cold)[..., 0, :2].sum(axis=-1)
     last = _AGES.size - 1
     into_resting = np.zeros((len(hot), last, _SHARES))
     for n in range(1, last + 1):
