@@ -21,15 +21,14 @@ Heat
 """
 
 import ast
-import warnings
 from importlib import import_module
-from pathlib import Path
+from importlib.resources import files
 from typing import Any
 
 # public name → its module, which is imported when the name is first used
 _MODULES = {
     alias.name: node.module
-    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+    for node in ast.parse(files(__name__).joinpath("__init__.pyi").read_text(encoding="utf-8")).body
     if isinstance(node, ast.ImportFrom)
     for alias in node.names
 }
@@ -44,10 +43,6 @@ def __getattr__(name: str) -> Any:
             return version("roughsim")
         except PackageNotFoundError:  # a checkout without an installed package
             return "0+unknown"
-    if name == "Sliding":
-        message = "rs.Sliding is renamed to rs.HeatSource; the next release removes the old name"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        name = "HeatSource"
     if name not in _MODULES:
         raise AttributeError(f"module 'roughsim' has no attribute {name!r}")
     return getattr(import_module(_MODULES[name]), name)

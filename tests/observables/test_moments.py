@@ -13,7 +13,6 @@ import pytest
 from moments_cases import ANGULAR, BODY, CELLS, UNIT, Pressed, patches, plane, points
 from scipy.special import ellipk, elliprd
 
-import roughsim
 from roughsim import Grid, HeatSource, corrected_fractions, fourier, measure, sliding_temperature
 from roughsim.observables import moments
 
@@ -375,8 +374,3 @@ def test_sliding_keeps_its_speeds_as_a_tuple():
     sliding = HeatSource(np.array([1.0, 35.0]), **UNIT)
     assert sliding.speeds == (1.0, 35.0)
     assert hash(sliding) == hash(HeatSource((1.0, 35.0), **UNIT))
-
-
-def test_the_former_name_of_a_heat_source_is_accepted_with_a_warning():
-    with pytest.warns(DeprecationWarning, match="renamed to rs.HeatSource"):
-        assert roughsim.Sliding is HeatSource
