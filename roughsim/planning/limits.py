@@ -82,7 +82,8 @@ class Plausibility:
         """Return "scene_facts", "scene_statements" and "scene_warnings" as JSON values, and the lay if there is one."""
         names, rows = ("name", "value", "because"), (one.row for one in self.statements)
         grooves = dict(zip(("lay", "lay_direction"), self.scene.grooves, strict=True))
-        return (grooves if self.scene.directions else {}) | {
+        known = self.scene.directions and not self.scene.lays_differ
+        return (grooves if known else {}) | {
             "scene_facts": self.facts and self.facts.to_dict(),
             "scene_statements": [dict(zip(names, row, strict=True)) for row in rows],
             "scene_warnings": self.warnings,

@@ -89,6 +89,8 @@ def numerics_of(scene: Scene) -> Numerics:
     sides = f"{x * 1e3:.4g} mm × {y * 1e3:.4g} mm"
     if scene.lay > 1.0:
         why += "; stretched by the lay, which keeps its points and area"
+    if scene.lays_differ:
+        why += "; for lays that differ pixels are square, at up to γ times the points of one lay"
     reasons.append(Remark("choice", "cell", why, sides))
     if scene.numerics.levels is not None:
         levels = scene.numerics.levels

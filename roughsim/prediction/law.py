@@ -42,7 +42,7 @@ def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
     if scene.scanned_lay is not None:
-        return Calibrated(None, (), errors, "the law has no directions of a scan")
+        return Calibrated(None, (), errors, "the law is of one lay, the same for all waves")
     try:
         law: Any
         if scene.lay > 1.0:

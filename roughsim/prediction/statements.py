@@ -62,12 +62,16 @@ def _of_roughness(scene: Scene) -> Iterator[Remark]:
         of_what = 'with history = "frozen" the contact' if two else "a lone rough face"
         because = f"{of_what} rests on the counterface: its hot spots slide over [body]"
     yield Remark("assumption", "roughness", because, value)
-    lay, angle = scene.grooves
-    if lay > 1.0:
-        because = (
-            "C(q) is stretched so along the grooves, which widens and narrows hot spots by its root"
-        )
-        yield Remark("assumption", "lay", because, f"{lay:g}, at {degrees(angle):.4g}° from x")
+    because = (
+        "C(q) is stretched so along the grooves, which widens and narrows hot spots by its root"
+    )
+    for name, face in scene.sections_of_rough_faces.items():
+        lay, angle = face.grooves
+        if lay > 1.0 and (scene.lays_differ or name == "surface"):
+            of_face = f"lay of [{name}]" if scene.lays_differ else "lay"
+            yield Remark(
+                "assumption", of_face, because, f"{lay:g}, at {degrees(angle):.4g}° from x"
+            )
 
 
 def _of_scans(scene: Scene) -> Iterator[Remark]:
@@ -175,11 +179,13 @@ def cautions(
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction",
         )
     if drawn and scene.scanned_lay is not None:
+        press = "; `roughsim press` computes the map itself" if scene.scanned else ""
         yield Remark(
             "caution",
-            "directions of a scan",
-            "surfaces have the directions of the map, but the theory is isotropic: in each direction of sliding it has "
-            "the same value, and columns of simulations hold; `roughsim press` computes the map itself",
+            "directions of a scan" if scene.scanned else "lays",
+            f"surfaces have the directions of {'the map' if scene.scanned else 'both faces'}, but the theory is "
+            "isotropic: in each direction of sliding it has the same value, and columns of simulations hold"
+            + press,
         )
     yield from _caution_of_heat(scene, measured)
 

@@ -270,35 +270,27 @@ def check_lay(
     tables: Sequence[str],
     lengths: tuple[float, float] | None,
 ) -> None:
-    """Refuse faces of two lays, and a lay where contact slides, a key has a table, or the sides of the cell are given.
+    """Refuse a lay where contact slides, a key has a table, or the sides of a stretched cell are given.
 
     `tables` are the keys with a table over temperature, `lengths` the sides, m.
     """
-    lays = {name: face.grooves for name, face in faces.items()}
-    if len({*lays.values()}) > 1:
-        each = " and ".join(
-            f"{name}.lay = {lay:g} at {math.degrees(angle):.4g}°"
-            for name, (lay, angle) in lays.items()
-        )
-        raise ValueError(
-            f"{each} differ, and only faces of one lay are drawn together; give both the same, or press maps of them"
-        )
-    ((lay, _),) = {*lays.values()}
+    lays = {f"{name}.lay": face.grooves[0] for name, face in faces.items()}
+    key, lay = max(lays.items(), key=lambda item: item[1])
     if lay == 1.0:
         return
     if sliding.history == SLIDING:
         raise ValueError(
-            f'surface.lay = {lay:g} does not go with sliding.history = "sliding", which follows isotropic faces; write '
+            f'{key} = {lay:g} does not go with sliding.history = "sliding", which follows isotropic faces; write '
             '"frozen"'
         )
     if tables:
         raise ValueError(
-            f"surface.lay = {lay:g} does not go with a {tables[0]} that is a table over temperature: each direction would "
+            f"{key} = {lay:g} does not go with a {tables[0]} that is a table over temperature: each direction would "
             "have another value; give a number"
         )
     if lengths is not None:
         raise ValueError(
-            f"numerics.lengths = {lengths[0]:.6g} m does not go with surface.lay = {lay:g}, which stretches a cell of "
+            f"numerics.lengths = {lengths[0]:.6g} m does not go with {key} = {lay:g}, which stretches a cell of "
             "equal sides; leave it to the plan"
         )
 

@@ -34,6 +34,7 @@ from roughsim.scene.reactions import ObservablesSection, ReactionSection
 from roughsim.scene.schema import Record, record
 from roughsim.scene.sections import (
     NOT_IDENTITY,
+    SAME_ANGLE,
     BodySection,
     CounterfaceSection,
     SlidingSection,
@@ -47,7 +48,7 @@ from roughsim.scene.written import as_content, scene_table, toml_of
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark, most_serious_first
 from roughsim.show.text import marked
-from roughsim.surface.directions import DirectedSpectrum
+from roughsim.surface.directions import DirectedSpectrum, with_lays
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
 from roughsim.surface.topography import Texture
@@ -124,7 +125,8 @@ class Scene(Record):
         check_camera(self.camera, sliding, self.lay)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
-        check_lay(self.sections_of_rough_faces, sliding, list(self.tables), self.numerics.lengths)
+        lengths = self.numerics.lengths if self.lay > 1.0 else None
+        check_lay(self.sections_of_rough_faces, sliding, list(self.tables), lengths)
         check_levels(self.numerics.levels or (), self.faces, sliding.history, self.elastic)
         _check_derived(self)
         if self.camera is not None:
@@ -242,8 +244,20 @@ class Scene(Record):
 
     @property
     def grooves(self) -> tuple[float, float]:
-        """The lay of the rough faces, and the direction of its grooves, radians from x; (1, 0) of isotropic ones."""
-        return self.surface.grooves
+        """The lay of the rough faces, and the direction of its grooves, radians from x; (1, 0) of isotropic ones.
+
+        It is (1, 0) as well of faces whose lays differ: these have square pixels.
+        """
+        return (1.0, 0.0) if self.lays_differ else self.surface.grooves
+
+    @property
+    def lays_differ(self) -> bool:
+        """Whether the rough faces have two lays, or only one of them has one."""
+        first, *others = (face.grooves for face in self.sections_of_rough_faces.values())
+        return any(
+            lay != first[0] or abs(math.remainder(angle - first[1], math.pi)) > SAME_ANGLE
+            for lay, angle in others
+        )
 
     @property
     def lay(self) -> float:
@@ -262,12 +276,14 @@ class Scene(Record):
     def scanned_lay(self) -> float | None:
         """The angle of the lay of a scan with which surfaces are drawn, radians; None without one.
 
-        Where contact slides, or with tables over temperature, surfaces are isotropic.
+        It is 0 of faces whose lays differ. Where contact slides, or with tables over temperature, surfaces are
+        isotropic.
         """
         if self.sliding.history == SLIDING or self.tables:
             return None
         angles = (face.directed for face in self.sections_of_rough_faces.values())
-        return next((angle for angle in angles if angle is not None), None)
+        none = 0.0 if self.lays_differ else None
+        return next((angle for angle in angles if angle is not None), none)
 
     @property
     def first_direction(self) -> dict[str, float]:
@@ -449,16 +465,21 @@ def _layers_of(body: BodySection | CounterfaceSection) -> Layers:
 
 
 def _face_spectrum(face: SurfaceSection | CounterfaceSection, directed: bool) -> Face:
-    """Return C(q) of one face, m⁴, in Persson's convention, with the directions of its scan if `directed`."""
+    """Return C(q) of one face, m⁴, with the directions of its scan or of its lay if `directed`."""
+    spectrum, (lay, angle) = _isotropic_spectrum(face), face.grooves
+    if directed and face.psd_directions is not None:
+        return DirectedSpectrum(spectrum, directions_of(face.psd_directions))
+    return with_lays([(spectrum, lay, angle)]) if directed and lay > 1.0 else spectrum
+
+
+def _isotropic_spectrum(face: SurfaceSection | CounterfaceSection) -> Face:
+    """Return C(q) of one face, m⁴, in Persson's convention, before its lay stretches it."""
     if face.spectrum is not None:
         return TruncatedSpectrum(face.spectrum)
     if face.psd is not None:
         q, psd = np.array(face.psd).T
         per_row, factor = PSD_SCALES[face.psd_convention or ""]
-        table = TabulatedSpectrum(per_row * q, factor * psd)
-        if face.psd_directions is None or not directed:
-            return table
-        return DirectedSpectrum(table, directions_of(face.psd_directions))
+        return TabulatedSpectrum(per_row * q, factor * psd)
     shape: dict[str, Any] = {
         key: getattr(face, key) for key in ("hurst", "q_min", "q_max", "q_roll_off")
     }

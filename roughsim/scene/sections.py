@@ -66,7 +66,7 @@ NOT_IDENTITY = (
     "counterface.melting_temperature",
     *(f"{face}.{key}" for face in ("surface", "counterface") for key in MEASURED_KEYS),
 )
-_SAME_ANGLE = 1e-9  # rad
+SAME_ANGLE = 1e-9  # rad
 _TURN = 6.2832  # rad, 360° rounded up
 _LONGEST_LAY = 20.0  # the longest grooves whose ends a cell still has
 _ANGLE = Quantity("rad", '"30 deg"', ge=-_TURN, le=_TURN)
@@ -121,7 +121,7 @@ def _check_speeds(speeds: tuple[float, ...]) -> tuple[float, ...]:
 def _check_directions(directions: tuple[float, ...]) -> tuple[float, ...]:
     """Return directions, rad; refuse one that is there twice."""
     for i, angle in enumerate(directions):
-        if any(abs(remainder(angle - other, tau)) < _SAME_ANGLE for other in directions[:i]):
+        if any(abs(remainder(angle - other, tau)) < SAME_ANGLE for other in directions[:i]):
             raise ValueError(
                 f"[{i}] = {angle:.6g} rad is there twice, if not by another turn; remove one of the two"
             )

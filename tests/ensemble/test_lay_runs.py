@@ -10,7 +10,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.planning.realization import level_problem
 from roughsim.scene import parse_scene
-from roughsim.scene.numerics import Numerics
+from roughsim.scene.numerics import Level, Numerics
 
 LENGTHS = "lengths = [2e-3, 2e-3]\n"
 FREE = CAPPED.replace(LENGTHS, "")
@@ -195,3 +195,22 @@ def test_first_screen_has_directions_in_order(grooved_run):
 def test_explanation_names_the_directions(grooved_run):
     text = grooved_run.estimate("flash_temperature").explain()
     assert "speeds 0.1, 1, 35 m/s, at each of the directions 0, 90°" in text
+
+
+@pytest.mark.slow
+@pytest.mark.statistical
+def test_two_equal_lays_on_square_pixels_are_a_stretched_cell():
+    shape = 'rms_height = "0.9 um"\nhurst = 0.8\nq_min = 2e4\nq_roll_off = 3e4\nq_max = 8.5e4\n'
+    bodies = FREE[FREE.index("[body]") : FREE.index("[numerics]")].replace("0, 0.1, ", "")
+    heat, found = "conductivity = 30\ndensity = 7900\nheat_capacity = 500", {}
+    for gamma, q_max in ((2.0, 8.5e4), (2.000001, 1.17e5)):  # equal, and equal but for rounding
+        other = bodies.replace('like = "body"', f"{shape}lay = {gamma}\n{heat}")
+        scene = parse_scene(f"[surface]\n{shape}lay = 2\n{other}")
+        numerics = Numerics((Level("capped", (192, 192), q_max),), (2e-3, 2e-3), tolerance=1e-3)
+        drawn = [rs.realize(scene, numerics, seed=5, index=k).observables for k in range(8)]
+        found[scene.lay] = np.array([one.flash_temperature for one in drawn])
+    assert set(found) == {1.0, 2.0}
+    mean, error = found[1.0].mean(axis=0), 3 * found[1.0].std(axis=0) * sqrt(2 / 8)
+    # the pixels are √2 longer and shorter, which makes a percent
+    assert (np.abs(mean - found[2.0].mean(axis=0)) < error + 0.01 * mean).all()
+    assert mean[0] > 1.15 * mean[1] > 1.15 * mean[2]
