@@ -157,18 +157,29 @@ def stress_of_lay(
             f"lay = {ratio:.6g} must be 1 or more: it is along over across the grooves"
         )
     modulus = positive("effective_modulus", effective_modulus, "Pa")
-    factor, last = stiffening(ratio, 0.0), inf
-    while True:  # A_el falls with E_eff, by little
-        law = law_of(
+
+    def law(stretched: float) -> YieldingSpectrum:
+        return law_of(
             spectrum,
-            effective_modulus=factor * modulus,
+            effective_modulus=stretched,
             nominal_pressure=nominal_pressure,
             penetration_hardness=penetration_hardness,
         )
-        following = stiffening(ratio, law.contact_fraction - law.plastic_fraction)
+
+    return LayStress(in_stretched_frame(law, ratio, modulus), ratio, modulus)
+
+
+def in_stretched_frame(
+    law: Callable[[float], YieldingSpectrum], lay: float, modulus: float
+) -> YieldingSpectrum:
+    """Return the `law` of a modulus, Pa, at the E_eff that its own contact of a face with a `lay` γ has."""
+    factor, last = stiffening(lay, 0.0), inf
+    while True:  # A_el falls with E_eff, by little
+        stress = law(factor * modulus)
+        following = stiffening(lay, stress.contact_fraction - stress.plastic_fraction)
         change = abs(following - factor)
         if change <= _ACCURACY * factor or change >= last:
-            return LayStress(law, ratio, modulus)
+            return stress
         factor, last = following, change
 
 
