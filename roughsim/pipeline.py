@@ -20,7 +20,7 @@ from roughsim.contact import Contact, Solid
 from roughsim.extensions import INSIDE, loaded
 from roughsim.grid import Field, Grid
 from roughsim.machine import BYTES_PER_POINT
-from roughsim.observables.camera import Camera, hottest_of
+from roughsim.observables.camera import Camera, correlations_of, hottest_of
 from roughsim.observables.moments import HeatSource, measure
 from roughsim.observables.record import Measured
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
@@ -138,10 +138,12 @@ def solve_problem(
                 moments.flash_temperature,
                 problem.distribution,
             )
-        seen = None
+        seen, correlations = None, None
         if problem.camera is not None:
             pressure, spectrum = contact.pressure, moments.stress_spectrum
             seen = hottest_of(pressure, cell, spectrum, problem.sliding, problem.camera)
+            if problem.camera.directed:
+                correlations = correlations_of(pressure, cell, problem.camera)
         measured = time.perf_counter()
     return Solution(
         grid=cell,
@@ -151,6 +153,7 @@ def solve_problem(
         peak_volume=peaks,
         distribution=distribution,
         seen_99=seen,
+        seen_correlations=correlations,
         seconds={
             "surface": drawn - began,
             "contact": solved - drawn,

@@ -1,7 +1,7 @@
 """What the camera of a scene sees, in a line of a first screen."""
 
 from collections.abc import Iterator, Mapping
-from math import inf
+from math import degrees, inf
 
 import numpy as np
 
@@ -37,7 +37,9 @@ def pictured(scene: Scene, columns: Mapping[str, ColumnOf], *simulated: str) -> 
         ]
         if values:
             parts.append(f"{with_unit(name, OBSERVABLES[name].unit)} {', '.join(values)}")
-    yield f"camera at {scene.speeds[k]:g} m/s ({', '.join(shown)}): {'; '.join(parts)}."
+    angle = scene.cases[k].get("direction")
+    way = "" if angle is None else f" and {degrees(angle):.4g}°"
+    yield f"camera at {scene.speeds[k]:g} m/s{way} ({', '.join(shown)}): {'; '.join(parts)}."
 
 
 def meaning_of(scene: Scene) -> Iterator[str]:

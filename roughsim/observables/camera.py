@@ -3,10 +3,12 @@
 The mean square of the picture is (μv/κ)² Σ w(q) ⟨|F|²⟩, F = κT/q̇ of `roughsim.heat.periodic.response_of` with the
 lens, w(q) the variance of the stress, averaged over the directions of sliding; with cos(q_y y) under the mean it is the
 correlation across sliding at the distance y. That holds for isotropic roughness, and leaves out the rows of waves on
-which contacts of a periodic cell meet their own tracks.
+which contacts of a periodic cell meet their own tracks. Faces with a lay have a sum over waves in each direction
+(`roughsim.observables.directed_pictures`).
 """
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -18,6 +20,12 @@ from roughsim.fourier import transformed
 from roughsim.fourier.convolution import convolutions
 from roughsim.grid import Array, Field, Grid
 from roughsim.heat.periodic import MovingSource, moving, response_of, turned_response
+from roughsim.observables.catalogue import CORRELATIONS
+from roughsim.observables.directed_pictures import (
+    correlation_across,
+    mean_squares_of_waves,
+    variance_of,
+)
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.record import Sample, ratio
 from roughsim.observables.stress_spectrum import StressSpectrum, gathering, stress_spectrum
@@ -27,17 +35,21 @@ _GROWTH, _NODES = 1.6, 14  # of panels over the angle, and their nodes: 1e-6 of 
 _AT_REST = 1e-100  # K/(Pa m): no speed makes so little heat
 _BINS = 1000  # of temperatures
 _BLOCK = 128  # wavenumbers that share their directions
-_DISTANCES = np.append(0.0, np.geomspace(1e-3, 1.0, 48))  # of the correlation, over the largest
+_DISTANCES = np.append(
+    0.0, np.geomspace(1e-3, 1.0, len(CORRELATIONS) - 1)
+)  # of the correlation, over the largest
 
 
 class Camera(NamedTuple):
     """A camera, and the sliding that it looks at, at each speed of a `HeatSource`."""
 
-    sources: tuple[MovingSource, ...]  # sliding along x, with the lens and the slid distance
+    # with the lens and the slid distance, sliding along x; over faces with a lay in each direction
+    sources: tuple[MovingSource, ...]
     heating: tuple[float, ...]  # μ|v|/κ, K/(Pa m)
     # of the pictures, radians from axis 0 towards axis 1; or of each speed
     direction: float | tuple[float, ...] = 0.0
     slid_distance: float | None = None  # most of the picture, m; None: half the chord of the cell
+    directed: bool = False  # whether faces have a lay: then no mean over directions holds
 
 
 def mean_squares(wavenumber: Array, source: MovingSource, distance: float = 0.0) -> Array:
@@ -95,22 +107,38 @@ def _panels(start: float) -> Array:
     return np.append(0.0, math.pi / 4 * _GROWTH ** -np.arange(count, -1.0, -1.0))
 
 
-def rms_of(spectrum: StressSpectrum, camera: Camera) -> Array:
-    """Return the rms of the picture, K, (speeds,), averaged over directions, of one contact."""
-    squares = [spectrum.variance @ mean_squares(spectrum.wavenumber, one) for one in camera.sources]
-    return np.asarray(np.array(camera.heating) * np.sqrt(squares))
-
-
 def hottest_of(
     pressure: Field, grid: Grid, spectrum: StressSpectrum, sliding: HeatSource, camera: Camera
 ) -> Array:
     """Return the temperature that `EXCEEDED` of the picture of a contact exceeds, K above its mean, (speeds,).
 
     The picture starts from rest in the periodic cell, and slides at most so far that no contact meets its own track;
-    what it shows over its rms comes with older heat as in `hottest_over_rms`. Its rms is that over all directions
-    (`rms_of`), at the whole slid distance. Zero at rest, and of a uniform pressure.
+    what it shows over its rms comes with older heat as in `hottest_over_rms`. Its rms is at the whole slid distance,
+    over all directions if faces are isotropic. Zero at rest, and of a uniform pressure.
     """
-    return rms_of(spectrum, camera) * hottest_over_rms(pressure, grid, sliding, camera, spectrum)
+    mean_square = _mean_square(pressure, grid, camera, spectrum)
+    rms = np.array(camera.heating) * np.sqrt([mean_square(one) for one in camera.sources])
+    return np.asarray(rms * hottest_over_rms(pressure, grid, sliding, camera, spectrum))
+
+
+def _mean_square(
+    pressure: Field, grid: Grid, camera: Camera, spectrum: StressSpectrum | None
+) -> Callable[[MovingSource], float]:
+    """Return a function of a source: the mean square of κT/q̇ of the stress of a contact, Pa² m²."""
+    if camera.directed:
+        waves = variance_of(transformed(pressure), grid)
+        return lambda one: float(np.sum(waves * mean_squares_of_waves(grid, one)))
+    if spectrum is None:
+        spectrum, _ = stress_spectrum(transformed(pressure), grid, gathering(grid))
+    q, variance = spectrum.wavenumber, spectrum.variance
+    return lambda one: float(variance @ mean_squares(q, one))
+
+
+def correlations_of(pressure: Field, grid: Grid, camera: Camera) -> Array:
+    """Return Σ w ⟨|F|²⟩ cos(q·y) of a contact of faces with a lay at `distances` y, Pa² m², (speeds, distances)."""
+    variance = variance_of(transformed(pressure), grid)
+    reach = 0.5 * math.hypot(*grid.lengths)
+    return correlation_across(variance, grid, camera.sources, distances(reach))
 
 
 def hottest_over_rms(
@@ -128,28 +156,26 @@ def hottest_over_rms(
     """
     if pressure.min() == pressure.max():
         return np.zeros(len(camera.sources))
-    if spectrum is None:
-        spectrum, _ = stress_spectrum(transformed(pressure), grid, gathering(grid))
+    mean_square = _mean_square(pressure, grid, camera, spectrum)
     hottest = np.full(len(camera.sources), np.nan)
     younger = _young(grid, sliding, camera)
     for k, field in enumerate(pictures(pressure, grid, sliding, camera)):
         own = float(np.sqrt(np.mean(np.square(field, dtype=np.float64))))
         if own > 0.0:
-            older = _older(spectrum, camera.sources[k], younger[k])
+            older = _older(mean_square, camera.sources[k], younger[k])
             hottest[k] = _exceeded(field, own * math.sqrt(older)) / (own * math.sqrt(1 + older))
     return hottest
 
 
-def _older(spectrum: StressSpectrum, whole: MovingSource, young: MovingSource) -> float:
+def _older(
+    mean_square: Callable[[MovingSource], float], whole: MovingSource, young: MovingSource
+) -> float:
     """Return the variance of the picture by heat that is older than it, over the variance of the picture."""
     slid = young.spread * math.hypot(*young.drift)
     if whole == young or (whole.lens is not None and whole.lens.smear > slid):
         return 0.0
     # the direction of sliding does not count in means over all of them
-    young = young._replace(drift=whole.drift)
-    seen, all_of_it = (
-        float(spectrum.variance @ mean_squares(spectrum.wavenumber, one)) for one in (young, whole)
-    )
+    seen, all_of_it = mean_square(young._replace(drift=whole.drift)), mean_square(whole)
     return max(all_of_it / seen - 1.0, 0.0) if seen > 0.0 else 0.0
 
 
@@ -196,11 +222,14 @@ def _young(grid: Grid, sliding: HeatSource, camera: Camera) -> list[MovingSource
 
 def seen_rms(sample: Sample, camera: Camera) -> Array:
     """Return influence values of the rms of the picture, K, (n, speeds)."""
-    squares = [
-        sample.spectrum @ mean_squares(sample.wavenumber, one) * heating**2
-        for one, heating in zip(camera.sources, camera.heating, strict=True)
-    ]
-    both = np.stack(squares, axis=1)
+    if camera.directed:
+        both = sample.numbers[CORRELATIONS[0]] * np.square(camera.heating)
+    else:
+        squares = [
+            sample.spectrum @ mean_squares(sample.wavenumber, one) * heating**2
+            for one, heating in zip(camera.sources, camera.heating, strict=True)
+        ]
+        both = np.stack(squares, axis=1)
     heated = np.array(camera.heating) > _AT_REST
     both[:, heated & ~(both > 0.0).any(axis=0)] = np.nan  # blurred by more than the cell
     return ratio(both, np.ones_like(both), 0.5)
@@ -208,10 +237,14 @@ def seen_rms(sample: Sample, camera: Camera) -> Array:
 
 def seen_width(sample: Sample, camera: Camera) -> Array:
     """Return influence values of the full width at half maximum of the correlation across sliding, m, (n, speeds)."""
+    y = distances(sample.reach)
+    if camera.directed:
+        stored = np.stack([sample.numbers[name] for name in CORRELATIONS], axis=2)
+        return np.stack([widths(stored[:, k], y) for k in range(stored.shape[1])], axis=1)
     columns = []
     for one in camera.sources:
         kernel = mean_squares(sample.wavenumber, one, sample.reach)
-        columns.append(widths(sample.spectrum @ kernel, distances(sample.reach)))
+        columns.append(widths(sample.spectrum @ kernel, y))
     return np.stack(columns, axis=1)
 
 

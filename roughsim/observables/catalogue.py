@@ -32,6 +32,8 @@ ASKED_BY = {  # the lines of a scene that ask for observables
     DISTRIBUTION: "[observables] temperature_distribution = true",
     CAMERA: "a section [camera]",
 }
+# of the picture of faces with a lay, at distances across sliding: of others they follow from the stress spectra
+CORRELATIONS, _IN_DIRECTIONS = tuple(f"seen_correlation_{k}" for k in range(49)), "directed camera"
 _FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
 
 
@@ -114,6 +116,19 @@ def over_frozen(
         yield of_slide(f"sliding_{each}", unit, stored, asked=asked)
         coarser = f"sliding_{each} of the same faces with 4/3 of the pixel"
         yield of_slide(f"sliding_coarser_{each}", unit, coarser, asked=asked)
+
+
+def seen_correlation(place: int) -> Observable:
+    """Return the record of the correlation of the picture at a distance across sliding, by its place."""
+    return Observable(
+        CORRELATIONS[place],
+        "Pa^2 m^2",
+        f"(kappa/(mu v))^2 times the correlation of the picture across sliding, distance {place}",
+        measure=lambda measured: measured.seen_correlations[:, place],
+        only_stored=True,
+        asked=_IN_DIRECTIONS,
+        per_speed=True,
+    )
 
 
 def slid_quantile(name: str, weight: str) -> Observable:
@@ -293,6 +308,7 @@ TABLE: tuple[Observable, ...] = (
         at_rest=0.0,
     ),
     seen("seen_width", "m", spectra=True),
+    *map(seen_correlation, range(len(CORRELATIONS))),
     *(record for entry in extensions("observables").values() for record in entry.load()),
 )
 OBSERVABLES = {record.name: record for record in TABLE if not record.only_stored}
@@ -328,7 +344,11 @@ UNITS = {name: record.unit for name, record in OBSERVABLES.items()}
 
 def stored_numbers(measured: Measured) -> dict[str, Array]:
     """Return the numbers that a member of single contacts stores, (speeds,) or (1,)."""
-    missing = {DISTRIBUTION: measured.distribution is None, CAMERA: measured.seen_99 is None}
+    missing = {
+        DISTRIBUTION: measured.distribution is None,
+        CAMERA: measured.seen_99 is None,
+        _IN_DIRECTIONS: measured.seen_correlations is None,
+    }
     return {
         name: one.of_member(measured)
         for name, one in NUMBERS.items()

@@ -6,7 +6,7 @@ mean is the observable and whose scatter gives its error. Ratios of observables 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,8 @@ class Measured:
     peak_volume: float  # of the surface (`surface.peak_volume`); zero if it was not drawn
     distribution: "Distribution | None" = None  # of the temperature, if the scene asks for it
     seen_99: Array | None = None  # of the picture of a camera, K, (speeds,), if the scene has one
+    # of that picture across sliding over faces with a lay, as stored, (speeds, distances)
+    seen_correlations: Any = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -119,7 +119,7 @@ def judge(
         *_load_remarks(scene, known, numerics),
         *_heat_remarks(scene, known),
         *_nominal_contact_remarks(scene, known),
-        *_camera_remarks(scene, side_of(hypot(*known.cell))),
+        *_camera_remarks(scene, side_of(hypot(*known.cell), scene.lay)),
         *_layer_remarks(scene, min(known.cell)),
         *_share_remarks(scene, known),
     ]

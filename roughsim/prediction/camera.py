@@ -63,7 +63,7 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
     not known.
     """
     result = np.full(len(scene.speeds), nan)
-    if scene.camera is None or name not in FORMULAS or scene.scanned_lay is not None:
+    if scene.camera is None or name not in FORMULAS or scene.headings is not None:
         return result
     looks, speeds = views(scene), np.array(scene.speeds)
     for indices, constants in groups(scene, speeds):
@@ -96,12 +96,15 @@ def camera_of(scene: Scene) -> Any:
     if scene.camera is None:
         return None
     from roughsim.heat.camera import Lens  # loads the transforms
-    from roughsim.heat.periodic import MovingSource
+    from roughsim.heat.periodic import MovingSource, unit_vector
     from roughsim.observables.camera import Camera
 
     source, sources = heat_source(scene), []
     bodies, friction = conduction(scene), friction_coefficient(scene)
-    for view, rate, layers in zip(views(scene), source.rates, source.layers, strict=True):
+    headings = scene.headings or (0.0,) * len(source.speeds)
+    for view, rate, layers, angle in zip(
+        views(scene), source.rates, source.layers, headings, strict=True
+    ):
         lens = Lens(
             view.resolution,
             view.smear,
@@ -109,13 +112,16 @@ def camera_of(scene: Scene) -> Any:
             min(view.contact_length, view.slid_distance),
         )
         spread = view.slid_distance / rate  # D t
-        sources.append(MovingSource((rate, 0.0), spread, layers=layers, lens=lens))
+        ahead, aside = unit_vector(angle)
+        drift = rate * ahead, rate * aside
+        sources.append(MovingSource(drift, spread, layers=layers, lens=lens))
     heating = friction * np.array(source.speeds) / bodies.conductivity
     return Camera(
         tuple(sources),
         tuple(heating.tolist()),
         headings_of_fields(scene),
         scene.numerics.slid_distance,
+        directed=scene.headings is not None,
     )
 
 
@@ -126,7 +132,7 @@ def of_level(scene: Scene, record: Observable, sample: Sample) -> Array:
     """
     if record.asked != CAMERA or scene.camera is None:
         return record.of_level(sample)
-    if scene.camera.resolution > side_of(2.0 * sample.reach):
+    if scene.camera.resolution > side_of(2.0 * sample.reach, scene.lay):
         return np.full((len(sample.spectrum), len(scene.speeds)), nan)
     if record.stored:
         return record.of_level(sample)
@@ -137,14 +143,17 @@ def of_level(scene: Scene, record: Observable, sample: Sample) -> Array:
     return values
 
 
-def side_of(diagonal: float) -> float:
-    """Return the side of a cell with this diagonal, m; of one that is longer than wide the root mean square."""
-    return diagonal / sqrt(2.0)
+def side_of(diagonal: float, lay: float = 1.0) -> float:
+    """Return the side of a cell with this diagonal, m; of one that is longer than wide the root mean square.
+
+    Of one that a lay stretches it is the shorter side.
+    """
+    return diagonal / sqrt(1.0 + lay**2)
 
 
 def seen_by(scene: Scene, name: str, q: Array, stress: Array, reach: float) -> Array:
     """Return an observable of the picture of a stress spectrum on modes, as a level with this one member has it."""
-    if scene.camera is None or name not in FORMULAS or scene.scanned_lay is not None:
+    if scene.camera is None or name not in FORMULAS or scene.headings is not None:
         return np.full(len(scene.speeds), nan)
     sample = Sample(inf, 0.0, np.zeros(1, np.intp), {}, q, stress[None], reach)
     row: Array = of_level(scene, OBSERVABLES[name], sample)[0]
@@ -177,6 +186,6 @@ def beyond_cell(scene: Scene, side: float) -> Array:
     start = max(2 * pi / side, law.breaks[0])
     within = seen_in(scene, "seen_rms", {"stress_spectrum": _Shorter(law, start), **load})
     with np.errstate(all="ignore"):  # 0/0 at rest
-        share = np.where(whole > 0.0, 1.0 - within / whole, 0.0)
+        share = np.where(whole > 0.0, 1.0 - within / whole, 0.0 * whole)
     share[share > _MOST_BEYOND] = nan
     return share

@@ -145,10 +145,11 @@ def _up_to_cut_offs(
 def drawn_pictures(scene: Scene) -> tuple[Array, ...]:
     """Return what 1 % of the picture of drawn contacts exceeds, over the rms of the picture, (fields, speeds).
 
-    One array for each cut-off, lowest first. None without a camera, or where the calibrated law does not hold.
+    One array for each cut-off, lowest first. None without a camera, with a lay, which drawn contacts do not have, or
+    where the calibrated law does not hold.
     """
     camera, law = camera_of(scene), calibrated(scene).stress_spectrum
-    if camera is None or law is None:
+    if camera is None or camera.directed or law is None:
         return ()
     from roughsim.observables.camera import hottest_over_rms
 

@@ -55,6 +55,8 @@ def seen(scene: Scene, pressure: Field, grid: Grid, way: Way, share: float) -> F
     from roughsim.observables.camera import pictures  # as above
 
     at_speed = replace(scene, sliding=replace(scene.sliding, speed=(abs(way.speed),)))
+    if scene.directions:  # one of them, as the picture has a direction of its own
+        at_speed = at_speed.towards(scene.directions[0])
     turned = way.direction if way.speed > 0.0 else way.direction + np.pi
     camera = prediction.camera_of(at_speed)._replace(
         direction=turned, slid_distance=way.slid_distance

@@ -215,15 +215,10 @@ def check_targets(ensemble: EnsembleSection, asks: frozenset[str]) -> None:
             raise ValueError(f"ensemble.until.{name} is of the {what}; add {ASKED_BY[asked]}")
 
 
-def check_camera(camera: CameraSection | None, sliding: SlidingSection, lay: float) -> None:
-    """Refuse a camera where no heat makes a picture, and of a face with a lay."""
+def check_camera(camera: CameraSection | None, sliding: SlidingSection) -> None:
+    """Refuse a camera where no heat makes a picture."""
     if camera is None:
         return
-    if lay > 1.0:
-        raise ValueError(
-            f"camera does not go with surface.lay = {lay:g}: what it sees is known of isotropic faces alone; remove one "
-            "of the two"
-        )
     if not any(sliding.speed):
         raise ValueError(
             "camera sees nothing: sliding.speed = 0 m/s makes no heat; give a speed, or remove [camera]"

@@ -122,7 +122,7 @@ class Scene(Record):
             self._needs_background,
         )
         check_targets(self.ensemble, self.asks)
-        check_camera(self.camera, sliding, self.lay)
+        check_camera(self.camera, sliding)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
         lengths = self.numerics.lengths if self.lay > 1.0 else None

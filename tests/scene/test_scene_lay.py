@@ -173,7 +173,6 @@ REFUSED = {
             "heat_partition = 0.9\n", ""
         ),
     },
-    "camera does not go with surface.lay = 3": {"text": f"{FREE}[camera]\nresolution = 1e-5\n"},
     "lay = 3 does not go with a scan, which has a lay of its own": {
         "text": f"[surface]\n{MAP}" + FREE[FREE.index("[body]") :]
     },
