@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # slow to import
     from roughsim.observables.moments import HeatSource
 
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
-_AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
+AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
 
 def modulus_of(scene: Scene) -> float:
@@ -382,11 +382,11 @@ def _share_of_lay(
     The resting body is as hot as one that slides slowly. By "total" it has done so for the duration, both have warmed,
     and a resting body that was hotter gives off heat.
     """
-    moving, slow = np.where(speed > 0.0, speed, _AT_REST), np.full(speed.shape, _AT_REST)
+    moving, slow = np.where(speed > 0.0, speed, AT_REST), np.full(speed.shape, AT_REST)
     other = Conduction(*bodies[2:4], layers=bodies.counter_layers)  # type: ignore[arg-type]
     total, friction = rule == "total", scene.friction_coefficient()
     time = scene.sliding.duration if total else None
-    grown = inf if time is None else _AT_REST * time
+    grown = inf if time is None else AT_REST * time
     flux = friction * scene.sliding.nominal_pressure * moving
     both = []
     for k, (body, slid, since) in enumerate(((bodies, moving, inf), (other, slow, grown))):
@@ -440,7 +440,7 @@ def heat_source(scene: Scene) -> HeatSource:
 
     bodies, layers = conduction(scene), scene.layers[0]
     return HeatSource(
-        speeds=[speed or _AT_REST for speed in scene.speeds],
+        speeds=[speed or AT_REST for speed in scene.speeds],
         friction_coefficient=friction_coefficient(scene).tolist(),
         conductivity=bodies.conductivity.tolist(),
         diffusivity=bodies.diffusivity.tolist(),

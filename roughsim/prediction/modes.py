@@ -1,18 +1,21 @@
 """Theory of a scene summed over the modes of a cell, in place of the integral over C(q)."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
-from math import ceil, inf, nan, pi
+from math import ceil, cos, inf, isfinite, nan, pi, sin, sqrt
 
 import numpy as np
 
 import theory
-from roughsim.grid import Array, Grid, modes_where
+from roughsim.grid import Array, Complex, Grid, modes_where
+from roughsim.heat.periodic import moving
 from roughsim.observables.record import TheoryOfScene
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.balance import heat_history
 from roughsim.prediction.bodies import (
+    AT_REST,
     Conductions,
     conduction,
     friction_coefficient,
@@ -21,14 +24,15 @@ from roughsim.prediction.bodies import (
     stress_arguments,
 )
 from roughsim.prediction.camera import seen_by
-from roughsim.prediction.theories import OVER_SPEED
+from roughsim.prediction.theories import OVER_SPEED, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
 from roughsim.surface.modes import check_resolved, mean_over_cells, mode_variance
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 from theory.arguments import density
-from theory.skin import direction_mean, even_part, layers_of, odd_part
+from theory.picture import erfc_root
+from theory.skin import direction_mean, even_part, layers_of, odd_part, surface_response
 
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 # mode spacings above q_min beyond which modes lie so densely that their sum is an integral: on nine grids of six scenes
@@ -55,9 +59,9 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
     even, odd = _means_over_directions(speeds, bodies, q)
     temperature, gradient = even @ (stress / q), odd @ stress
     laplacian = -even @ (stress * q)
-    if scene.lay > 1.0:  # the sums in single directions are not there
-        temperature, gradient, laplacian = np.full((3, speeds.size), nan)
-    rate = friction_coefficient(scene) * speeds / (bodies.conductivity * sliding.nominal_pressure)
+    if scene.lay > 1.0:
+        temperature, gradient, laplacian = _sums_of_lay(scene, spectrum, grid)
+    rate = _rate(scene, speeds)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
     flash = (
@@ -68,9 +72,8 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
         slope_length,
     )
     share = np.full(speeds.shape, nan)
-    if (
-        scene.counterface_conducts
-    ):  # the balance of the two bodies, both as κT σ₀/μv of the moving one
+    if scene.counterface_conducts and scene.lay == 1.0:
+        # the balance of the two bodies, both as κT σ₀/μv of the moving one
         history = heat_history(scene, q)
         resting = history.growth @ (stress / q) + history.resting
         resting *= bodies.conductivity / bodies.counter_conductivity
@@ -118,23 +121,28 @@ def _means_over_directions(speeds: Array, bodies: Conductions, q: Array) -> tupl
     return means[0], means[1]
 
 
+def _weight(scene: Scene, spectrum: Spectrum) -> Callable[[Array], Array]:
+    """Return W(q) of the theory."""
+    return partial(theory.persson.stress_weight, spectrum=spectrum, **stress_arguments(scene))
+
+
+def _dense(spectrum: Spectrum, grid: Grid) -> float:
+    """Return the wavenumber, rad/m, beyond which the sum over modes is an integral; ∞ of modes on a line."""
+    coarse = 2 * pi / min(grid.lengths)  # spacing of modes
+    return float(spectrum.breaks[0]) + _DENSE * coarse if min(grid.shape) > 1 else inf
+
+
 def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, Array]:
     """Return wavenumbers of the modes, rad/m, and their share of ⟨σ²⟩ − σ₀² in the theory, Pa².
 
     Beyond `_DENSE` rings, a spacing wide, stand for the modes within them.
     """
-
-    def weight(at: Array) -> Array:
-        values: Array = theory.persson.stress_weight(at, spectrum, **stress_arguments(scene))
-        return values
-
     check_resolved(spectrum, grid)
-    fine, coarse = (
-        2 * pi / length for length in sorted(grid.lengths, reverse=True)
-    )  # spacings of modes
-    plane = min(grid.shape) > 1  # else the modes lie on a line
-    dense, end = spectrum.breaks[0] + _DENSE * coarse if plane else inf, spectrum.breaks[-1]
-    q, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
+    weight, fine = _weight(scene, spectrum), 2 * pi / max(grid.lengths)
+    dense, end = _dense(spectrum, grid), spectrum.breaks[-1]
+    (qx, qy), of_modes = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
+    q, ring = np.unique(np.hypot(qx, qy), return_inverse=True)
+    roughness = np.bincount(ring, of_modes).astype(np.float64)
     if dense < end:
         beyond, of_rings = _roughness_of_rings(weight, spectrum, dense, fine)
         q, roughness = np.concatenate((q, beyond)), np.concatenate((roughness, of_rings))
@@ -143,10 +151,59 @@ def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, A
     return q, (0.5 * modulus_of(scene) * q) ** 2 * roughness
 
 
+def _sums_of_lay(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
+    """Return T_flash, T′ and ∇²T of faces with a lay, each without μv/κσ₀, at each speed, (3, speeds).
+
+    Contact is that of a cell with these modes, from rest over half its chord; its heat is all in the moving body.
+    """
+    weight, dense = _weight(scene, spectrum), _dense(spectrum, grid)
+    vectors, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
+    cell, stretch = grid.stretched(scene.lay), sqrt(scene.lay)
+    qx, qy = vectors[0] / stretch, vectors[1] * stretch
+    square = qx**2 + qy**2
+    stress = (0.5 * scene.effective_modulus) ** 2 * square * roughness  # E*|q|h_q/2
+    sums = np.zeros((3, len(scene.speeds)))
+    for column, speed, heading, body in zip(
+        sums.T, scene.speeds, scene.headings or (), conduction(scene).each, strict=True
+    ):
+        drift, time, _ = moving(cell, speed, body.diffusivity, heading)
+        along = cos(heading) * qx + sin(heading) * qy
+        advection = drift[0] * qx + drift[1] * qy
+        root: Complex = np.sqrt(square - 1j * advection)
+        response: Complex = 1.0 / root
+        layers = layers_of(*body.layers, body.conductivity, body.diffusivity)
+        if layers is not None:
+            response = surface_response(np.sqrt(square), advection, layers) / np.sqrt(square)
+        if isfinite(time):  # what the start takes off is of long waves, deeper than layers
+            response = response - erfc_root(root**2 * (body.diffusivity * float(time))) / root
+        column[:] = (
+            stress @ response.real,
+            -stress @ (along * response.imag),
+            -stress @ (square * response.real),
+        )
+    if dense >= spectrum.breaks[-1]:
+        return sums
+    # of the theory, whose W at long waves does not depend on shorter ones
+    slow = np.array(scene.speeds)
+    slow[slow == 0.0] = AT_REST
+    whole, below = (
+        np.array(list(over_speed(scene, slow, part, names=OVER_SPEED[:3]).values()))
+        for part in (spectrum, TruncatedSpectrum(spectrum, dense))
+    )
+    return sums + (whole - below) / _rate(scene, slow)
+
+
+def _rate(scene: Scene, speeds: Array) -> Array:
+    """Return μv/κσ₀, the factor of the sums of Eqs. (4), (7) and (9), K/Pa² m."""
+    heat = friction_coefficient(scene) * speeds
+    rate: Array = heat / (conduction(scene).conductivity * scene.sliding.nominal_pressure)
+    return rate
+
+
 def _roughness_of_modes(
     weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid
-) -> tuple[Array, Array]:
-    """Return the wavenumbers of the modes of a grid, rad/m, and their C in m², times W."""
+) -> tuple[tuple[Array, Array], Array]:
+    """Return the wavevectors of the modes of a grid on half the plane, rad/m, and their C in m², times W."""
     x, y = (  # a coarser grid holds all of these modes
         min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
         for points, length in zip(grid.shape, grid.lengths, strict=True)
@@ -159,9 +216,8 @@ def _roughness_of_modes(
     weights = weight(q)[ring]
     near = grid.wavenumbers < spectrum.breaks[0] + _NEAR * 2 * pi / min(grid.lengths)
     weights[near[modes.chosen]] = mean_over_cells(weight, spectrum, grid, near & modes.chosen)
-    return q, np.bincount(ring, modes.multiplicity * (variance[modes.chosen] * weights)).astype(
-        np.float64
-    )
+    qx, qy = (part[modes.chosen] for part in np.broadcast_arrays(*grid.wavevectors))
+    return (qx, qy), modes.multiplicity * (variance[modes.chosen] * weights)
 
 
 def _roughness_of_rings(

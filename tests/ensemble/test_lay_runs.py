@@ -46,7 +46,7 @@ def test_hardness_alone_knows_no_lay():
     np.testing.assert_allclose(grooved.contact.pressure, plain.contact.pressure, atol=1e3)
 
 
-def test_full_contact_sums_its_modes():
+def test_full_contact_sums_its_modes(monkeypatch):
     text = FULL.replace(LENGTHS, "").replace("hurst", "lay = 4\nhurst")
     scene = parse_scene(text.replace("speed = [0, 0.001, 1, 35]", "speed = [1, 35]"))
     numerics = Numerics(scene.numerics.levels, (2e-3, 2e-3), tolerance=1e-12)
@@ -71,6 +71,16 @@ def test_full_contact_sums_its_modes():
             heating = 0.11 * speed / (30 * scene.sliding.nominal_pressure)
             expected.append(heating * float(np.sum(stress * (grown / root).real)))
     np.testing.assert_allclose(member.observables.flash_temperature, expected, rtol=1e-6)
+    # the theory of the same modes, and its other moments: amplitudes are those of C(q)
+    summed = prediction.mode_sums(scene, scene.spectrum, numerics.grid(0))
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        measured = getattr(member.observables, name)
+        np.testing.assert_allclose(summed[name], measured, rtol=1e-7, err_msg=name)
+    monkeypatch.setattr("roughsim.prediction.modes._DENSE", 10.0)
+    integral = prediction.mode_sums(scene, scene.spectrum, numerics.grid(0))
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        np.testing.assert_allclose(integral[name], summed[name], rtol=3e-3, err_msg=name)
+    assert np.isnan(summed["heat_partition"]).all()
 
 
 def test_theory_of_full_contact_has_its_slopes():
@@ -125,6 +135,7 @@ def test_comparison_has_rows_by_direction(grooved_run):
     found = grooved_run.estimate("flash_temperature").mean.ravel()
     assert [row["capped"]["mean"] for row in rows] == found.tolist()
     assert all(row["calibrated"] > 0.0 for row in rows)
+    assert all(row["theory_same_modes"] > 0.0 for row in rows)
 
 
 def test_members_are_exported_by_direction(grooved_run):
@@ -150,6 +161,20 @@ def test_other_speeds_are_in_the_first_direction(grooved_run):
     assert (
         found[0]
         > 1.1 * prediction.over_speed(scene.towards(pi / 2), speeds)["flash_temperature"][0]
+    )
+
+
+def test_modes_with_a_skin_at_rest_know_no_direction():
+    skin = 'heat_capacity = 500\nskin = { thickness = "0.3 um", conductivity = 3 }\n'
+    text = FREE.replace("heat_capacity = 500\n", skin).replace("0, 0.1, 35", "0, 1e-3")
+    plain, spectrum = parse_scene(text), parse_scene(FREE).spectrum
+    faint = parse_scene(text.replace("[surface]\n", "[surface]\nlay = 1.0000001\n"))
+    grid = rs.Grid((128, 128), (2e-3, 2e-3))
+    isotropic, found = (prediction.mode_sums(one, spectrum, grid) for one in (plain, faint))
+    np.testing.assert_allclose(found["flash_width"][0], isotropic["flash_width"][0], rtol=1e-6)
+    # slowly the start from rest is far away
+    np.testing.assert_allclose(
+        found["flash_temperature"][1], isotropic["flash_temperature"][1], rtol=1e-3
     )
 
 

@@ -78,7 +78,7 @@ def test_lays_that_differ_have_square_pixels():
     assert scene.spectrum.directed
     assert parse_scene(scene.to_toml()) == scene
     # the same lay, if by another turn, is a stretched cell
-    same = crossed('lay = 3\nlay_direction = "180 deg"')
+    same = crossed("lay = 3\nlay_direction = -1e-12")
     assert (same.lay, same.lays_differ, same.spectrum.directed) == (3.0, False, False)
     assert crossed('lay = 3\nlay_direction = "1 deg"').lays_differ
     assert crossed("").lays_differ  # one face alone with a lay
