@@ -190,7 +190,8 @@ def _sums_of_lay(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
         np.array(list(over_speed(scene, slow, part, names=OVER_SPEED[:3]).values()))
         for part in (spectrum, TruncatedSpectrum(spectrum, dense))
     )
-    return sums + (whole - below) / _rate(scene, slow)
+    beyond: Array = (whole - below) / _rate(scene, slow)
+    return sums + beyond
 
 
 def _rate(scene: Scene, speeds: Array) -> Array:
