@@ -83,10 +83,10 @@ def macroasperity_chart(heights, fine, grid, folder):
         axis.plot(radius * MICRON * np.cos(turn), radius * MICRON * np.sin(turn), color="#0072B2")
         axis.set(
             title=f"{title}: contact on {100 * contact.contact_fraction:.1f} % of the area",
-            xlabel="$x$, µm",
+            xlabel="$x$ (µm)",
         )
-    places[0].set_ylabel("$y$, µm")
-    figure.colorbar(image, ax=places, label="pressure, GPa", shrink=0.8)
+    places[0].set_ylabel("$y$ (µm)")
+    figure.colorbar(image, ax=places, label="pressure (GPa)", shrink=0.8)
     widths = rf"$D_\mathrm{{flash}}$ = {width * MICRON:.1f} µm"
     figure.suptitle(
         widths + rf", circle $2R = 2D_\mathrm{{flash}}/\alpha$ = {2 * radius * MICRON:.0f} µm"

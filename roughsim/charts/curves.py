@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from math import degrees
 from pathlib import Path
-from textwrap import fill
+from textwrap import fill, wrap
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -23,9 +23,11 @@ from roughsim.charts.style import (
     USUAL,
     Look,
     band,
+    letter,
     log_values,
     new_figure,
     no_formula,
+    on_axis,
     scale_colours,
 )
 from roughsim.grid import Array
@@ -40,8 +42,9 @@ from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
 from roughsim.table import AT_CUT_OFF, Estimate
 
-PSD, CORRELATION = "psd", "correlation"
-ALL = (PSD, CORRELATION, "flash_temperature", "flash_width", "slope_length")
+PSD, CORRELATION, RATIO = "psd", "correlation", "ratio"
+ALL = (PSD, CORRELATION, "flash_temperature", RATIO, "flash_width", "slope_length")
+_DRAWN = tuple(name for name in ALL if name in OBSERVABLES)
 # observables over the speed with a symbol; others are named in words
 _SYMBOLS = {
     "flash_temperature": r"$T_\mathrm{flash}$",
@@ -55,8 +58,8 @@ _SOURCES: dict[str, Any] = dict.fromkeys(THEORIES, ("0.5", ":", 2))
 _SOURCES |= {"theory": (THEORY, "-", 2), "calibrated": (CALIBRATED, DASHES, 3)}
 _WORDS = {"flash_width": "hot-spot width"}  # where they differ from the name
 OVER_SPEED = tuple(name for name, record in OBSERVABLES.items() if record.per_speed)
-_ONE, _MANY = (5.4, 3.8), (9.6, 5.8)  # sizes of a figure of one panel and of all, inches
-_LETTERS = 46  # of a line of text in a panel
+_ONE, _MANY = (5.4, 3.8), (9.6, 6.6)  # sizes of a figure of one panel and of all, inches
+_LETTERS, _WIDE = 46, 125  # of a line of text in the legend, and below all panels
 
 
 class Entry(NamedTuple):
@@ -98,9 +101,9 @@ def curves_chart(
     title: str = "",
     look: Look = USUAL,
 ) -> None:
-    """Draw each quantity in a panel: PSD, CORRELATION, or an observable over the speed, of all entries.
+    """Draw each quantity in a panel: PSD, CORRELATION, RATIO, or an observable over the speed, of all entries.
 
-    Over the speed each direction of sliding with results of its own is an entry.
+    RATIO is T_flash over that of the theory. Over the speed each direction with results of its own is an entry.
     One entry has a colour for each source: theories and columns. Several have a colour each, and sources differ by
     lines and markers; words beside the legend of a single run name its bands and the share of the heat. ValueError if a
     quantity has no curve for these entries; one run at rest has panels without axes.
@@ -128,10 +131,10 @@ def curves_chart(
             _name_axes(axes, entries, quantity)
         handles = _handles(panels, entries, colours, quantities)
         if several:
-            panels[-1].set_axis_off()
-            panels[-1].legend(handles=handles, loc="upper left", borderaxespad=0)
-            if one_run:
-                _write_about_run(panels[-1], entries[0], len(handles))
+            letter(panels)
+            about = _about_run(entries[0]) if one_run else None
+            place: dict[str, Any] = {"loc": "outside lower left", "ncols": 3, "alignment": "left"}
+            figure.legend(handles=handles, title=about, title_fontsize=8, **place)
         else:
             panels[0].legend(handles=handles, loc="best")
 
@@ -149,6 +152,8 @@ def _draw(axes: Axes, entry: Entry, quantity: str, colour: str | None) -> None:
             draw_cut_offs(axes, entry.run, colour)
     elif quantity == CORRELATION:
         _draw_correlation(axes, entry, colour)
+    elif quantity == RATIO:
+        _draw_ratios(axes, entry, colour)
     else:
         draw_over_speed(axes, entry, quantity, colour)
 
@@ -204,6 +209,21 @@ def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: str | Non
         axes.plot(speed, mean, ls="", ms=3.5, gid=MARKS, **marks)
 
 
+def _draw_ratios(axes: Axes, entry: Entry, colour: str | None) -> None:
+    """Draw T_flash of the law and of each measured column over T_flash of the theory."""
+    dense = theories(entry.scene, "flash_temperature")
+    speed, theory = dense["theory"]
+    _line(axes, speed, dense["calibrated"][1] / theory, entry, "calibrated", colour)
+    for column in entry.columns():
+        found, below = (entry.in_motion("flash_temperature", name) for name in (column, "theory"))
+        ratio, of_column = found.mean / below.mean, colour or COLOURS[column]
+        error, name = found.total_error / below.mean, f"{entry.label}: {column}"
+        band(axes, found.coords["speed"], ratio, error, of_column, name)
+        axes.plot(
+            found.coords["speed"], ratio, ls="", ms=3.5, gid=MARKS, **_marks_of(column, colour)
+        )
+
+
 def _marks_of(column: str, colour: str | None) -> dict[str, Any]:
     """Return the markers of a column in a colour, or its own; if columns share a colour one of them is hollow."""
     own = colour or COLOURS[column]
@@ -252,18 +272,26 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
         title = r"$C(q)$ solid, $C_\mathrm{sm}(q)$ dashed"
         if any(entry.run for entry in entries):
             title += ", $q_c$ dotted"
-        axes.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title=title)
+        axes.set(xlabel="$q$ (rad/m)", ylabel="$C$ (m⁴)", title=title)
         return
     if quantity == CORRELATION:
         axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
         axes.set(
-            xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²", title="Stress correlation", xlim=(0, None)
+            xlabel="$r$ (µm)",
+            ylabel=r"$g_\sigma$ (GPa²)",
+            title="Stress correlation",
+            xlim=(0, None),
         )
+        return
+    if quantity == RATIO:
+        axes.axhline(1.0, color=THEORY, lw=1.2, zorder=0)
+        label = r"$T_\mathrm{flash}$ over the theory"
+        axes.set(xscale="log", xlabel="$v$ (m/s)", ylabel=label, title="Ratio to the theory")
         return
     words = _WORDS.get(quantity, quantity.replace("_", " "))
     symbol = ("−" if _sign(quantity) < 0.0 else "") + _SYMBOLS.get(quantity, words)
-    label = with_unit(symbol, OBSERVABLES[quantity].unit)
-    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=label)
+    label = on_axis(with_unit(symbol, OBSERVABLES[quantity].unit))
+    axes.set(xscale="log", xlabel="$v$ (m/s)", ylabel=label)
     cut = dict.fromkeys(_column_at_cut_off(entry, quantity) for entry in entries)
     columns = ", ".join(column for column in cut if column)
     axes.set_title(words[0].upper() + words[1:] + (f" ({columns}: at $q_c$)" if columns else ""))
@@ -312,20 +340,16 @@ def _handles(
     return handles
 
 
-def _write_about_run(axes: Axes, entry: Entry, above: int) -> None:
-    """Write lines on a run, its bands and the share of its heat below the lines of the legend `above`."""
+def _about_run(entry: Entry) -> str:
+    """Return lines on a run, its bands and the share of its heat, which a figure shows as they are."""
     run = entry.run
     assert run is not None
-    drawn = [entry.in_motion(name, column) for name in ALL[2:] for column in entry.columns()]
+    drawn = [entry.in_motion(name, column) for name in _DRAWN for column in entry.columns()]
     unknown = dict.fromkeys(part for one in drawn for part in one.unknown)
     unknown.pop("bandwidth", None)  # in the titles as "at q_c"
     lines = [
-        plain(run.scene.title),
-        run.extent,
+        f"{plain(run.scene.title)}; {run.extent}; heat share in the body: {run.share_text()}",
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",
         f"at least, as these parts of the error are unknown: {', '.join(unknown)}" * bool(unknown),
-        f"heat share in the body: {run.share_text()}",
     ]
-    text = "\n".join(fill(line, 50) for line in lines if line)
-    style: Any = {"va": "top", "fontsize": 8, "linespacing": 1.4, "parse_math": False}
-    axes.text(0, min(0.6, 0.95 - 0.07 * above), text, transform=axes.transAxes, **style)
+    return "\n".join(no_formula(part) for line in lines for part in wrap(line, _WIDE))

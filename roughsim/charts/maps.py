@@ -83,7 +83,7 @@ def _with_colours(
     if name in ("pressure", "heat_flux"):
         hard = share_at_hardness(pressure, subject.run.scene, subject.column)
     below = " below the hardness" if hard else ""
-    return field, colour_range(name, field[window], hard), f"{symbol}{below}, {unit}", hard
+    return field, colour_range(name, field[window], hard), f"{symbol}{below} ({unit})", hard
 
 
 def side_by_side_chart(subject: Subject, third: str, path: Path, zoom: Zoom | None = None) -> None:
@@ -177,7 +177,7 @@ def draw_field(
     for side in axes.spines.values():
         side.set_visible(True)
         side.set_linewidth(0.5)
-    axes.set(xlabel=f"$x$, {unit}", ylabel=f"$y$, {unit}")
+    axes.set(xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
     axes.tick_params(direction="out")
     if pressure is not None:
         contact = (pressure[window] > 0.0).astype(float)

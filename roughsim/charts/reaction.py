@@ -15,6 +15,7 @@ from roughsim.charts.style import (
     band,
     legend_below,
     new_figure,
+    on_axis,
     row_of_panels,
     scale_colours,
     under_title,
@@ -155,7 +156,7 @@ def _draw_hotter(axes: Axes, subject: Subject, lines: Lines) -> None:
     flash = flash.sel(speed=speed, **subject.run.scene.first_direction)
     axes.axvline(float(flash.mean), color=colour, lw=1.0, ls="--")
     title = f"Share that is hotter, {speed:g} m/s"
-    axes.set(yscale="log", xlabel="$T$, K", ylabel="% hotter than $T$", title=title)
+    axes.set(yscale="log", xlabel="$T$ (K)", ylabel="% hotter than $T$", title=title)
     legend_below(axes)
 
 
@@ -167,7 +168,7 @@ def _draw_temperatures(axes: Axes, column: str, lines: Lines) -> None:
         axes.errorbar(energies, one.mean, yerr=one.total_error, **style)
         if theory is not None:
             axes.plot(energies, theory, color=colour, lw=1.0, ls=DASHES)
-    axes.set(xlabel="$E$, eV", ylabel=r"$T_\mathrm{act}$, K", title="Activation temperature")
+    axes.set(xlabel="$E$ (eV)", ylabel=r"$T_\mathrm{act}$ (K)", title="Activation temperature")
     legend_below(axes, title="$v$", columns=2)
 
 
@@ -181,7 +182,11 @@ def _draw_over_speed(axes: Axes, column: str, lines: Lines) -> None:
             gid = f"{label}: calibrated theory"
             axes.plot(speeds, theory, color=colour, lw=1.0, ls=DASHES, gid=gid)
     name = one.observable
-    axes.set(xscale="log", xlabel="$v$, m/s", ylabel=with_unit(name.replace("_", " "), one.unit))
+    axes.set(
+        xscale="log",
+        xlabel="$v$ (m/s)",
+        ylabel=on_axis(with_unit(name.replace("_", " "), one.unit)),
+    )
     if name == RATE:
         axes.set_yscale("log")
     legend_below(axes, title="$E$" if ABOUT[name] == "energy" else "$T$", columns=2)

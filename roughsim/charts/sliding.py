@@ -23,15 +23,15 @@ from roughsim.observables.catalogue import AXIS
 _PANELS = (
     (
         "Flash temperature; dashed: frozen, all heat",
-        r"$T_\mathrm{flash}$, K",
+        r"$T_\mathrm{flash}$ (K)",
         ("flash_temperature", "frozen_flash_temperature"),
     ),
     (
         "Contact, background included",
-        r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K",
+        r"$\langle T\sigma\rangle/\langle\sigma\rangle$ (K)",
         ("contact_temperature",),
     ),
-    ("Background, moving body; dashed: resting", "$T$, K", ("background", "resting_background")),
+    ("Background, moving body; dashed: resting", "$T$ (K)", ("background", "resting_background")),
     ("Share of the heat into the moving body", "share", ("moving_share",)),
 )
 _DASHES = ("-", DASHES)
@@ -73,7 +73,7 @@ def sliding_chart(subject: Subject, path: Path) -> None:
         _draw_turnover(panels[0, 2], distance, curves)
         panels[1, 2].axis("off")
         for axes in (*panels[1, :2], panels[0, 2]):
-            axes.set_xlabel(f"slid distance, {unit}")
+            axes.set_xlabel(f"slid distance ({unit})")
             axes.tick_params(labelbottom=True)
         handles = [
             Line2D([], [], color=colour, label=f"{v:g} m/s")

@@ -43,6 +43,6 @@ def snapshots_chart(subject: Subject, path: Path) -> None:
                     prefix, unit = scaled(slid, "m")
                     axes.set_title(f"after {prefix * slid:.3g} {unit}")
             above = " above the background" if name == "temperature" else ""
-            colour_bar(figure, image, list(line), f"{symbol}{above}, {prefixed}", "right")
+            colour_bar(figure, image, list(line), f"{symbol}{above} ({prefixed})", "right")
         for axes in panels.ravel():
             axes.label_outer()

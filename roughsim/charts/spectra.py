@@ -50,7 +50,7 @@ def _draw_roughness(axes: Axes, subject: Subject) -> None:
     label = f"measured, {len(indices)} kept surface" + ("s" if len(indices) > 1 else "")
     marker, colour = MARKERS[subject.column], COLOURS[subject.column]
     axes.loglog(q[::2], mean[::2], ls="", ms=3, color=colour, marker=marker, label=label)
-    axes.set(xlabel="$q$, rad/m", ylabel="$C$, m⁴", title="Roughness")
+    axes.set(xlabel="$q$ (rad/m)", ylabel="$C$ (m⁴)", title="Roughness")
 
 
 def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
@@ -76,8 +76,8 @@ def draw_stress_spectrum(axes: Axes, subject: Subject) -> None:
     axes.plot([], [], color=colour, label=f"measured, {count}")
     top = max(float(theory.max()), float(mean.max()))
     axes.set(
-        xlabel="$q$, rad/m",
-        ylabel=r"$2\pi q^2 |\sigma_q|^2$, GPa² per $\ln q$",
+        xlabel="$q$ (rad/m)",
+        ylabel=r"$2\pi q^2 |\sigma_q|^2$ (GPa² per $\ln q$)",
         ylim=(1e-5 * top, 30 * top),
         title="Stress: its variance by wavenumber",
         xlim=(0.8 * q[0], 2 * q[-1]),
@@ -171,7 +171,7 @@ def correlation_chart(subject: Subject, path: Path) -> None:
             draw_correlation(axes, run, subject.column, r)
             axes.plot([], [], color=COLOURS[subject.column], label=f"{subject.column} contact")
             axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
-            axes.set(xlabel="$r$, µm", ylabel=r"$g_\sigma$, GPa²")
+            axes.set(xlabel="$r$ (µm)", ylabel=r"$g_\sigma$ (GPa²)")
         left.set(
             xscale="log", title="From the smallest distances", xlim=(near[0] * 1e6, near[-1] * 1e6)
         )

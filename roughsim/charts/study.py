@@ -17,6 +17,7 @@ from roughsim.charts.style import (
     log_values,
     new_figure,
     no_formula,
+    on_axis,
     plain_ticks,
     scale_colours,
 )
@@ -74,7 +75,7 @@ def study_chart(
     y: Along | None = None,
     look: Look = USUAL,
 ) -> None:
-    """Draw an observable of a study over a varied number, and as a map if two numbers are varied.
+    """Draw an observable of a study over a varied number with its ratio to the theory, or a map over two numbers.
 
     Parameters
     ----------
@@ -91,13 +92,22 @@ def study_chart(
     look : Look
         Options of the figure.
     """
-    width = 5.4 if y is None else 10.0
-    with new_figure(path, (width, 4.0), no_formula(title), look) as figure:
-        panels = figure.subplots(1, 1 if y is None else 2, squeeze=False)[0]
-        _draw_curves(panels[0], curves, x, column, legend)
-        panels[0].set_title(subtitle)
+    compared = y is None and "theory" in {entry["column"] for entry in _entries(curves.values())}
+    size = (10.0, 4.0) if y is not None else (5.4, 5.6 if compared else 4.0)
+    with new_figure(path, size, no_formula(title), look) as figure:
+        if compared:
+            above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        else:
+            above, *rest = figure.subplots(1, 1 if y is None else 2, squeeze=False)[0]
+        drawn = _chosen(curves)
+        _draw_curves(above, drawn, x, column, legend)
+        above.set_title(subtitle)
+        if compared:
+            _draw_ratios(below, drawn, x, column)
+            below.set_xlabel(above.get_xlabel())
+            above.set_xlabel("")
         if y is not None:
-            _draw_map(panels[1], curves, x, y, column)
+            _draw_map(rest[0], curves, x, y, column)
 
 
 def _entries(curves: Iterable[Estimate], column: str | None = None) -> list[dict[str, Any]]:
@@ -107,31 +117,55 @@ def _entries(curves: Iterable[Estimate], column: str | None = None) -> list[dict
     return [entry for one in curves for entry in one.rows()]
 
 
+def _chosen(curves: Mapping[str, Estimate]) -> Mapping[str, Estimate]:
+    """Return as many curves, evenly, as can be distinguished."""
+    labels = list(curves)
+    if len(labels) <= _MOST_CURVES:
+        return curves
+    places = np.linspace(0, len(labels) - 1, _MOST_CURVES).round().astype(int)
+    return {labels[k]: curves[labels[k]] for k in places}
+
+
+def _draw_ratios(axes: Axes, curves: Mapping[str, Estimate], x: Along, column: str) -> None:
+    """Draw the calibrated theory, slides and the simulation with its error over the theory at the same points."""
+    axes.axhline(1.0, color=THEORY, lw=0.9, zorder=0)
+    for curve, colour in zip(curves.values(), scale_colours(len(curves)), strict=True):
+        theory = _points(curve, x, "theory")
+        law = _over(_points(curve, x, "calibrated"), theory)
+        axes.plot(law.x, law.value, color=colour, lw=0.9, ls=_THEORIES["calibrated"])
+        measured = _over(_points(curve, x, column), theory)
+        _draw_points(axes, measured, "o", colour)
+        _draw_points(axes, _over(_points(curve, x, SLIDING), theory), "D", colour)
+        _draw_band(axes, measured, colour)
+    axes.set(ylabel="over the theory")
+
+
+def _over(points: _Points, theory: _Points) -> _Points:
+    """Return points over those of the theory; NaN where it has none."""
+    below = np.interp(points.x, theory.x, theory.value) if theory.x.size else np.nan
+    return points._replace(value=points.value / below, error=points.error / below)
+
+
 def _draw_curves(
     axes: Axes, curves: Mapping[str, Estimate], x: Along, column: str, legend: str
 ) -> None:
     """Draw each curve: simulation with its error, slide, and all theories. Hollow points have no line."""
-    labels = list(curves)
-    if len(labels) > _MOST_CURVES:
-        chosen = np.linspace(0, len(labels) - 1, _MOST_CURVES).round().astype(int)
-        labels = [labels[k] for k in chosen]
     handles: list[Line2D] = []
-    for label, colour in zip(labels, scale_colours(len(labels)), strict=True):
+    for label, colour in zip(curves, scale_colours(len(curves)), strict=True):
         for source, dashes in _THEORIES.items():
             theory = _points(curves[label], x, source)
             axes.plot(theory.x, theory.value, color=colour, lw=0.9, ls=dashes)
         measured = _points(curves[label], x, column)
         _draw_points(axes, measured, "o", colour)
         _draw_points(axes, _points(curves[label], x, SLIDING), "D", colour)
-        whole = np.where(measured.whole, measured.value, np.nan)
-        band(axes, measured.x, whole, measured.error, colour)
+        _draw_band(axes, measured, colour)
         if label:
             handles.insert(0, Line2D([], [], color=colour, marker="o", ms=3.5, label=label))
     every = _entries(curves.values())
     _log_over_decades(axes, "x", [entry[x.name] for entry in every])
     if all(entry["value"] > 0.0 for entry in every if entry["column"] == column):
         log_values(axes)
-    axes.set(xlabel=x.title, ylabel=_title(curves))
+    axes.set(xlabel=on_axis(x.title), ylabel=_title(curves))
     axes.legend(
         handles=handles + _common_handles(every, column),
         loc="center left",
@@ -144,7 +178,7 @@ def _draw_curves(
 def _title(curves: Mapping[str, Estimate]) -> str:
     """Return the title of the observable."""
     one = next(iter(curves.values()))
-    return with_unit(one.observable.replace("_", " "), one.unit)
+    return on_axis(with_unit(one.observable.replace("_", " "), one.unit))
 
 
 def _log_over_decades(axes: Axes, axis: str, places: Iterable[float]) -> None:
@@ -169,6 +203,11 @@ def _draw_points(axes: Axes, points: _Points, marker: str, colour: Any) -> None:
             "zorder": 3,
         }
         axes.errorbar(points.x[drawn], points.value[drawn], points.error[drawn], **style)
+
+
+def _draw_band(axes: Axes, points: _Points, colour: Any) -> None:
+    """Draw a line through points with a complete error, and a band of it."""
+    band(axes, points.x, np.where(points.whole, points.value, np.nan), points.error, colour)
 
 
 def _common_handles(entries: list[dict[str, Any]], column: str) -> list[Line2D]:
@@ -231,7 +270,7 @@ def _draw_map(axes: Axes, curves: Mapping[str, Estimate], x: Along, y: Along, co
         places = ([entry[each.name] * each.factor for entry in marked] for each in (x, y))
         axes.plot(*places, marker="o", mfc="white", clip_on=False, **_POINT)
         title += "\ncircles: at $q_c$, or a part of ± unknown"
-    axes.set(xlabel=x.title, ylabel=y.title, title=title)
+    axes.set(xlabel=on_axis(x.title), ylabel=on_axis(y.title), title=title)
     _log_over_decades(axes, "x", at_x)
     _log_over_decades(axes, "y", at_y)
 

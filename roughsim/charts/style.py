@@ -3,11 +3,12 @@
 import re
 import warnings
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import ceil, floor, log10
 from pathlib import Path
+from string import ascii_lowercase
 from tempfile import TemporaryDirectory
 from textwrap import fill, shorten
 from typing import Any
@@ -248,6 +249,19 @@ def legend_below(axes: Axes, *, title: str | None = None, columns: int = 1) -> N
     axes.legend(
         title=title, ncols=columns, columnspacing=1.2, alignment="left", borderaxespad=0.0, **place
     )
+
+
+def on_axis(title: str) -> str:
+    """Return the title of a column as the label of an axis: "T_flash (K)" of "T_flash, K"."""
+    name, comma, unit = title.rpartition(", ")
+    return f"{name} ({unit})" if comma else title
+
+
+def letter(panels: Sequence[Axes]) -> None:
+    """Put (a), (b), … before the titles of panels that are drawn."""
+    drawn = [axes for axes in panels if axes.axison]
+    for axes, name in zip(drawn, ascii_lowercase, strict=False):
+        axes.set_title(f"({name}) {axes.get_title('left')}")
 
 
 def plain_ticks(axis: Axis) -> None:

@@ -63,7 +63,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         edges, area, heat = densities(contact)
         density.stairs(area, edges, fill=True, color="0.75", label="of the area")
         density.stairs(heat, edges, color=colour, lw=1.2, label="of the heat")
-        density.set(xlabel="$T$, K", ylabel="% per K", title="Density")
+        density.set(xlabel="$T$ (K)", ylabel="% per K", title="Density")
         density.set_ylim(bottom=0.0)
         density.legend(loc="upper right")
         # temperatures are in ascending order: point k has a share (k + 1)/n of the area at or below it
@@ -74,7 +74,7 @@ def distribution_chart(subject: Subject, path: Path) -> None:
         for axes in (density, hotter):
             axes.axvline(contact.flash_temperature, color=colour, lw=1.0, ls="--")
         hotter.set(
-            xlabel="$T$, K",
+            xlabel="$T$ (K)",
             ylabel="% hotter than $T$",
             title="Share that is hotter",
             ylim=(0.0, 100.0),
@@ -90,7 +90,9 @@ def distribution_chart(subject: Subject, path: Path) -> None:
             mesh, ax=both, label=f"% of the contact area\nin one of {_BINS} × {_BINS} bins"
         )
         both.set(
-            xlabel=rf"$\sigma$, {unit}", ylabel="$T$, K", title="Pressure and temperature together"
+            xlabel=rf"$\sigma$ ({unit})",
+            ylabel="$T$ (K)",
+            title="Pressure and temperature together",
         )
 
 
@@ -125,8 +127,8 @@ def profile_chart(subject: Subject, path: Path) -> None:
                 axes.fill_between(x, 0, contact, transform=axes.get_xaxis_transform(), **shade)
                 axes.margins(x=0.0)
                 if part is parts[0]:
-                    axes.set_ylabel(f"{symbol}, {shown_unit}")
-            column[-1].set_xlabel(f"$x$, {unit}")
+                    axes.set_ylabel(f"{symbol} ({shown_unit})")
+            column[-1].set_xlabel(f"$x$ ({unit})")
         if len(parts) > 1:
             panels[0, 1].set_title("enlarged", color="0.3")
 

@@ -79,8 +79,14 @@ def test_the_calibrated_law_is_a_line_with_a_word_in_the_legend(capped_run, draw
         row.calibrated for row in comparison.rows if row.observable == "pressure_variance"
     )
     assert line.get_ydata()[0] == pytest.approx(1e-18 * variance, rel=1e-9)
-    words = [text.get_text() for text in axes[-1].get_legend().get_texts()]
+    (legend,) = drawn[0].legends
+    words = [text.get_text() for text in legend.get_texts()]
     assert [word for word in words if "calibrated" in word] == [words[1]]
+    ((speed, ratio),) = (
+        line.get_data() for line in axes[3].lines if line.get_color() == CALIBRATED
+    )
+    at = list(speed).index(35.0)
+    assert ratio[at] == pytest.approx(row.calibrated / row.theory, rel=1e-9)
 
 
 def test_the_profile_runs_along_x_through_the_hottest_point(capped_run):
@@ -161,7 +167,11 @@ def test_profiles_show_their_values(capped_run, drawn):
         x, values = axes.lines[0].get_data()
         np.testing.assert_allclose(values, lines[name] * factor, rtol=1e-12)
         np.testing.assert_allclose(x, np.arange(128) * 2.0 / 128)  # mm
-    assert [axes.get_ylabel() for axes in drawn[0].axes] == ["$h$, µm", r"$\sigma$, GPa", "$T$, K"]
+    assert [axes.get_ylabel() for axes in drawn[0].axes] == [
+        "$h$ (µm)",
+        r"$\sigma$ (GPa)",
+        "$T$ (K)",
+    ]
 
 
 def test_full_contact_has_the_stress_spectrum_of_the_theory(full_run, drawn):

@@ -32,7 +32,7 @@ def test_a_figure_has_no_title_if_none_is_wanted(capped_run, drawn):
 def test_the_points_of_a_map_are_written_with_their_places(capped_run, tmp_path):
     plot_run(capped_run, "heights", tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     lines = (tmp_path / "a.csv").read_text(encoding="utf-8").splitlines()
-    assert lines[0] == '"# h, µm; x, mm in the first column; y, mm in the first line"'
+    assert lines[0] == "# h (µm); x (mm) in the first column; y (mm) in the first line"
     table = np.genfromtxt(lines[1:], delimiter=",")
     heights = next(capped_run.fields("heights"))[1]
     np.testing.assert_allclose(table[0, 1:], np.arange(128) * 2.0 / 128, rtol=1e-6)
@@ -50,7 +50,7 @@ def test_a_curve_is_written_with_its_error_and_the_theory(capped_run, tmp_path):
     plot_run(capped_run, "correlation", tmp_path / "a.svg", look=Look(csv=tmp_path / "a.csv"))
     rows = rows_of(tmp_path / "a.csv")
     measured = [row for row in rows if row["curve"] == "measured"]
-    assert {row["y_axis"] for row in rows} == {"g_σ, GPa²"}
+    assert {row["y_axis"] for row in rows} == {"g_σ (GPa²)"}
     assert {row["curve"] for row in rows} == {"measured", "theory, γ = 0.3"}
     r = np.array([float(row["x"]) for row in measured]) * 1e-6
     g, error = capped_run.correlation(r)
@@ -79,8 +79,8 @@ def test_every_curve_has_numbers_and_names_of_its_axes(capped_run, tmp_path, cur
 
 
 def test_formulas_become_plain_words():
-    assert bare(r"$T_\mathrm{flash}$, K") == "T_flash, K"
-    assert bare(r"$\langle T\sigma\rangle/\langle\sigma\rangle$, K") == "⟨Tσ⟩/⟨σ⟩, K"
+    assert bare(r"$T_\mathrm{flash}$ (K)") == "T_flash (K)"
+    assert bare(r"$\langle T\sigma\rangle/\langle\sigma\rangle$ (K)") == "⟨Tσ⟩/⟨σ⟩ (K)"
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ def test_axis_0_is_x_and_points_stand_at_their_coordinates():
         image.get_extent()
     )  # in µm; half a point beyond the first and the last
     np.testing.assert_allclose([left, right, bottom, top], [-1.0, 11.0, -1.5, 10.5])
-    assert axes.get_xlabel() == "$x$, µm"
+    assert axes.get_xlabel() == "$x$ (µm)"
 
 
 def test_zero_pressure_is_white_and_heights_are_symmetric():
@@ -52,7 +52,7 @@ def test_maps_show_the_values_in_the_unit_of_the_bar(capped_run, drawn):
         image, bar = drawn[-1].axes[0].images[0], drawn[-1].axes[-1]
         field = next(capped_run.fields(name, speed=speed))[1]
         np.testing.assert_allclose(image.get_array(), field.T.astype(float) * factor, rtol=1e-6)
-        assert bar.get_ylabel().endswith(f", {unit}")
+        assert bar.get_ylabel().endswith(f" ({unit})")
 
 
 def test_the_enlarged_part_holds_the_largest_value_and_stays_in_the_cell():
@@ -106,7 +106,7 @@ def test_a_zoom_draws_the_points_between_its_ends_alone(capped_run, drawn):
     image = axes.images[0]
     factor = scaled(float(field.max()), "Pa")[0]
     np.testing.assert_allclose(image.get_array(), field.T.astype(float) * factor, rtol=1e-6)
-    unit = {"mm": 1.0, "µm": 1000.0}[axes.get_xlabel().rpartition(" ")[2]]
+    unit = {"(mm)": 1.0, "(µm)": 1000.0}[axes.get_xlabel().rpartition(" ")[2]]
     np.testing.assert_allclose(
         image.get_extent(), np.array([31.5, 63.5, 63.5, 79.5]) * 2.0 / 128 * unit
     )
@@ -166,7 +166,7 @@ def drawn_length(bar):
 
 def test_a_scale_bar_is_as_long_as_it_says():
     axes = Figure().subplots()
-    axes.set(xlabel="$x$, µm", xlim=(100.0, 340.0))
+    axes.set(xlabel="$x$ (µm)", xlim=(100.0, 340.0))
     maps.scale_bar(axes, "µm")
     (bar,) = axes.artists
     assert bar.txt_label.get_text() == "50 µm"

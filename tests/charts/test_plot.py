@@ -34,7 +34,7 @@ def test_every_picture_says_what_it_is_of(capped_run, drawn, quantity):
         "spectrum": "m⁴",
         "correlation": "GPa²",
     }
-    assert unit.get(quantity, ", K") in text
+    assert unit.get(quantity, "(K)") in text
 
 
 @pytest.mark.parametrize(

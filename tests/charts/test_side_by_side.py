@@ -77,9 +77,9 @@ def test_runs_side_by_side_have_a_colour_each(both, capped_run, sliding_run, dra
     assert len(own) == len(other) == 1
     assert own != other
     assert (
-        drawn[0].axes[3].get_title("left") == "Hot-spot width (capped: at $q_c$)"
+        drawn[0].axes[4].get_title("left") == "(e) Hot-spot width (capped: at $q_c$)"
     )  # smoothed has its limit
-    words = [text.get_text() for text in drawn[0].axes[-1].get_legend().get_texts()]
+    words = [text.get_text() for text in drawn[0].legends[0].get_texts()]
     assert words[:2] == [capped_run.folder.name, sliding_run.folder.name]
 
 

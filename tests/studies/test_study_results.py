@@ -12,6 +12,7 @@ import pytest
 from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
+from roughsim.charts.style import Look
 from roughsim.show.table import Number
 from roughsim.studies.figure import NONE, Choice, curves_of, usual_choice
 from roughsim.studies.files import save_study
@@ -166,7 +167,22 @@ def test_the_table_marks_points_whose_levels_or_cell_do_not_suit_them(done):
 def test_a_study_is_drawn(done, tmp_path, observable):
     done.chart(tmp_path / "s.svg", observable)
     text = (tmp_path / "s.svg").read_text()
-    assert "nominal pressure, MPa" in text
+    assert "nominal pressure (MPa)" in text
+
+
+def test_the_lower_panel_of_a_study_is_the_ratio_to_the_theory(done, tmp_path):
+    done.draw(tmp_path / "s.svg", "flash_temperature", look=Look(csv=tmp_path / "s.csv"))
+    with (tmp_path / "s.csv").open() as file:
+        below = [row for row in csv.DictReader(file) if row["panel"] == "over the theory"]
+    drawn = np.array([float(row["y"] or "nan") for row in below])
+    values: dict[str, list[float]] = {"theory": [], "capped": []}
+    for row in done.rows():
+        shown = row["observable"] == "flash_temperature" and row["speed"] == 100.0
+        if shown and row["column"] in values:
+            values[row["column"]].append(row["value"])
+    assert len(values["capped"]) == 6
+    for ratio in np.divide(values["capped"], values["theory"]):
+        assert np.isclose(drawn, ratio, rtol=1e-6).any()
 
 
 @pytest.fixture(scope="module")
