@@ -1,10 +1,11 @@
-"""The figures of the pages: what their maps write in a cell, and the one style of those from files of evidence."""
+"""The figures of the pages: what their maps show, and the one style of those from files of evidence."""
 
 import sys
 from contextlib import contextmanager
 from math import inf, nan
 from pathlib import Path
 
+import numpy as np
 import pytest
 from matplotlib.legend import Legend
 from matplotlib.text import Text
@@ -38,43 +39,42 @@ def drawn(monkeypatch):
     return figures, draw
 
 
-def words_of(figure):
-    return [[text.get_text() for text in axes.texts] for axes in figure.axes]
-
-
-def test_a_map_of_solvers_has_the_error_or_a_cross_where_it_failed_or_a_dash_where_there_is_no_solver(
+def test_a_map_of_solvers_has_colours_of_decades_a_cross_where_it_failed_and_white_without_a_solver(
     drawn, tmp_path
 ):
     figures, draw = drawn
     row = {"solver": "tamaas", "load": 0.1, "ratio": inf, "why": ""}
     rows = [
         row | {"error": 3.2e-7},
-        row | {"ratio": 3.0, "error": 0.0},
+        row | {"ratio": 3.0, "error": 2e-4},
         row | {"load": 1.0, "error": nan, "why": "stopped"},
         row | {"load": 1.0, "ratio": 3.0, "why": "one bound only"},
         {"kernel": "free half-space", "peclet": 1.0},  # a row of another map
     ]
-    assert words_of(draw(figures.limits_of_solvers, [rows], tmp_path / "map.png"))[0] == [
-        "3e-7",
-        "0",
-        "✗",
-        "–",
-    ]
+    axes = draw(figures.limits_of_solvers, [rows], tmp_path / "map.png").axes[0]
+    (image,) = axes.images
+    table = np.ma.filled(image.get_array(), nan)
+    assert [int(image.norm(table[i, 0])) for i in (0, 1)] == [3, 0]
+    assert int(image.norm(table[1, 1])) == 5
+    assert np.isnan(table[0, 1])
+    (crosses,) = axes.lines
+    np.testing.assert_array_equal(crosses.get_xydata(), [[1.0, 1.0]])
 
 
-def test_a_map_of_the_pixel_has_per_cent_and_leaves_other_solvers_out(drawn, tmp_path):
+def test_a_map_of_the_pixel_has_lines_of_per_cent_and_leaves_other_solvers_out(drawn, tmp_path):
+    # the error is 1 + 9x % between bandwidths 2 and 8: the line of 3 % lies at x = 2/9
     figures, draw = drawn
-    row = {"solver": "roughsim", "hurst": 0.8, "bandwidth": 2.0}
+    row = {"solver": "roughsim", "pixels": 2.0}
     rows = [
-        row | {"pixels": float(n), "pixel_error": error}
-        for n, error in ((2, 0.237), (4, 0.0289), (8, 0.0034))
+        row | {"bandwidth": bandwidth, "hurst": hurst, "pixel_error": error}
+        for bandwidth, error in ((2.0, 0.01), (8.0, 0.10))
+        for hurst in (0.3, 0.8)
     ]
     rows.append(row | {"solver": "tamaas", "pixels": 16.0})
-    assert words_of(draw(figures.limits_of_pixel, [rows], tmp_path / "map.png")) == [
-        ["24"],
-        ["2.9"],
-        ["0.3"],
-    ]
+    (axes,) = draw(figures.limits_of_pixel, [rows], tmp_path / "map.png").axes
+    lines = axes.collections[-1]
+    level = list(lines.levels).index(3.0)
+    np.testing.assert_allclose(lines.get_paths()[level].vertices[:, 0], 2 / 9, rtol=1e-9)
 
 
 @pytest.mark.slow
