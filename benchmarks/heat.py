@@ -22,6 +22,7 @@ from matplotlib.ticker import NullLocator
 
 import roughsim as rs
 from roughsim import fourier
+from roughsim.charts.style import legend_below
 from roughsim.heat import half_space, periodic, source_temperature, uniform_temperature
 from theory import hertz
 
@@ -190,13 +191,8 @@ def hot_tracks(axis):
             )
     decades(axis, x=(1, 1e4), y=(1e-5, 1e3))
     axis.set(title="hot tracks, by longest waves", xlabel="vL/(2πD)", ylabel="error of $T_{flash}$")
-    key(axis)
+    legend_below(axis, columns=2)
     return found | {"tracks_from_rest": max(rests)}
-
-
-def key(axis):
-    """Put the legend to the right of a panel."""
-    axis.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
 
 
 def square_source(pixels, margin):
@@ -237,7 +233,7 @@ def undershoot(axis):
         xlabel="pixels per half side",
         ylabel="$-T_{min}/T_{max}$",
     )
-    key(axis)
+    legend_below(axis, columns=2)
     _ticks(axis, sizes)
     return {f"undershoot_{size}": value for size, value in zip(sizes, most, strict=True)}
 
@@ -273,14 +269,14 @@ def resolution(axis):
         print(f"{label:36}" + " ".join(f"{value:8.1e}" for value in values))
     decades(axis)
     axis.set(title="pixel", xlabel="pixels per radius or half side", ylabel="relative error")
-    key(axis)
+    legend_below(axis, columns=2)
     _ticks(axis, sizes)
     return {f"laplacian_{size}": 100 * value for size, value in zip(sizes, laplacian, strict=True)}
 
 
 def limits(folder):
     numbers = {}
-    with new_figure(folder / "heat_limits.png", 6.0) as figure:
+    with new_figure(folder / "heat_limits.png", 8.0) as figure:
         for axis, draw in zip(
             figure.subplots(3, 1), (hot_tracks, undershoot, resolution), strict=True
         ):

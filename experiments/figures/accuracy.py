@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from roughsim.charts.style import plain_ticks
+from roughsim.charts.style import legend_below, plain_ticks
 
 from .style import BLUE, GREEN, LOOKS, ORANGE, PINK, SKY, decades, new_figure
 
@@ -30,7 +30,7 @@ TITLES = {
 def one_contact(rows: list[Row], path: Path, source: str = "") -> None:
     """Draw the relative error over the CPU time, a panel for each stage and observable; stars as runs compute it."""
     panels = list(dict.fromkeys((row["stage"], row["observable"]) for row in rows))
-    with new_figure(path, 2.0 * len(panels), source) as figure:
+    with new_figure(path, 2.8 * len(panels), source) as figure:
         for axes, (stage, observable) in zip(figure.subplots(len(panels), 1), panels, strict=True):
             here = [
                 row
@@ -66,5 +66,5 @@ def one_contact(rows: list[Row], path: Path, source: str = "") -> None:
             )
             decades(axes)
             plain_ticks(axes.xaxis)
-            axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
-        axes.set_xlabel("CPU time (ms)")
+            axes.set_xlabel("CPU time (ms)")
+            legend_below(axes, columns=2)
