@@ -37,9 +37,9 @@ _POINTS: dict[str, Any] = {"marker": "o", "ms": 3}
 _ERRORS = _POINTS | {"capsize": 2}
 
 
-def reaction_lines(run: Run, column: str) -> dict[str, Lines]:
+def reaction_lines(run: Run, column: str, direction: float | None = None) -> dict[str, Lines]:
     """Return the lines of each panel: temperatures, K, over the share that is hotter, %, and T_act, K, over E, eV, and
-    rates over v, m/s; the run needs two sound realizations.
+    rates over v, m/s, in a direction, radians, by default the first; the run needs two sound realizations.
 
     There are none if the scene asks for no distribution of the temperature, or has no speed above zero.
     """
@@ -47,7 +47,7 @@ def reaction_lines(run: Run, column: str) -> dict[str, Lines]:
         return {}
     kinds = {"of the heat": "temperature_quantile_", "of the area": "temperature_quantile_area_"}
     quantiles = [kind + level for kind in kinds.values() for level in LEVELS]
-    found = _results(run, [*quantiles, ACTIVATION, RATE], column)
+    found = _results(run, [*quantiles, ACTIVATION, RATE], column, direction)
     hotter, shares = {}, 100.0 * (1.0 - np.array([*LEVELS.values()]))
     for label, kind in kinds.items():
         pieces = {(k,): found[kind + level] for k, level in enumerate(LEVELS)}
@@ -62,13 +62,16 @@ def reaction_lines(run: Run, column: str) -> dict[str, Lines]:
     }
 
 
-def _results(run: Run, observables: list[str], column: str) -> Results:
-    """Return observables of a column in the first direction, and of the calibrated theory.
+def _results(
+    run: Run, observables: list[str], column: str, direction: float | None = None
+) -> Results:
+    """Return observables of a column in a direction, by default the first, and of the calibrated theory.
 
     That is not beside the column sliding: it takes seconds.
     """
     chosen = [column] if column == SLIDING else [column, theories.CALIBRATED]
-    return columns.results_of(run, observables, chosen).sel(**run.scene.first_direction)
+    at = run.scene.first_direction if direction is None else {"direction": direction}
+    return columns.results_of(run, observables, chosen).sel(**at)
 
 
 def _lines(found: Estimate, along: str) -> Lines:

@@ -38,9 +38,9 @@ PIXELS = 512  # per side of an image: more cannot be seen, and an image is sent 
 class Summary(NamedTuple):
     """A run at one moment: problems, error budget and curves by column, sound and kept realizations by level.
 
-    A curve is over speed, m/s, or distance, m; the error of g_σ is the statistical one.
-    `with_snapshots` are the realizations with snapshots of both faces, `reactions` the lines of what a reaction feels,
-    by panel.
+    A curve is over distance, m, or over speed, m/s, in each direction if there are any; the error of g_σ is the
+    statistical one. `with_snapshots` are the realizations with snapshots of both faces, `reactions` the lines of what a
+    reaction feels, by panel, in each direction.
     """
 
     problems: list[str]
@@ -49,7 +49,7 @@ class Summary(NamedTuple):
     sound: dict[int, list[int]]
     kept: dict[int, list[int]]
     with_snapshots: list[int]
-    reactions: dict[str, Lines]
+    reactions: dict[float | None, dict[str, Lines]]
 
 
 class WatchedRun:
@@ -57,10 +57,17 @@ class WatchedRun:
 
     def __init__(self, folder: str | Path):
         self.run: Run = open_run(folder, damaged="skip")
-        self.theory: dict[str, tuple[Any, Any]] = theory_curves(self.run)
+        self._theory: dict[float | None, dict[str, tuple[Any, Any]]] = {}
+        self.theory(next(iter(self.run.scene.directions), None))  # before the page opens
         self._lock = Lock()
         nothing: dict[int, list[int]] = {level: [] for level in self.run.numerics.single}
         self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing, [], {})
+
+    def theory(self, direction: float | None) -> dict[str, tuple[Any, Any]]:
+        """Return `theory_curves`, which are computed once in each direction."""
+        if direction not in self._theory:
+            self._theory[direction] = theory_curves(self.run, direction)
+        return self._theory[direction]
 
     @property
     def deleted(self) -> bool:
@@ -111,7 +118,11 @@ def _summarized(run: Run) -> Summary:
         sound,
         {level: run.kept(level) for level in levels},
         pictured(run),
-        reaction_lines(run, run.column(None)) if len(begun) == len(columns) else {},
+        {
+            angle: reaction_lines(run, run.column(None), angle)
+            for angle in run.scene.directions or (None,)
+            if len(begun) == len(columns)
+        },
     )
 
 
@@ -148,14 +159,14 @@ def _distances(run: Run) -> Field:
     return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.sides))), 160)
 
 
-def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
+def theory_curves(run: Run, direction: float | None = None) -> dict[str, tuple[Field, Field]]:
     """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene.
 
-    Of faces with a lay they are in the first direction; so are `measured_curves`.
+    The direction, radians from x, is one of the scene: None of a scene without any.
     """
     scene, r = run.scene, _distances(run)
-    for angle in scene.first_direction.values():
-        scene = scene.towards(angle)
+    if direction is not None:
+        scene = scene.towards(direction)
     speeds = np.geomspace(*speed_range(scene), 121)
     # of all the heat; a temperature of the moving body is in proportion to the share that it takes
     values = prediction.over_speed(scene, speeds)
@@ -168,7 +179,7 @@ def theory_curves(run: Run) -> dict[str, tuple[Field, Field]]:
 
 
 def measured_curves(run: Run, column: str) -> dict[str, Estimate]:
-    """Return the curves of a column by name; the run needs a sound realization."""
+    """Return the curves of a column by name, in all directions; the run needs a sound realization."""
     moving = [speed for speed in run.scene.sliding.speed if speed > 0.0]
     r = _distances(run)
     found = correlation_of(run.samples(column), r)
@@ -176,8 +187,7 @@ def measured_curves(run: Run, column: str) -> dict[str, Estimate]:
     correlation = Estimate.of(CORRELATION, "Pa^2", found.value, {"distance": r}, scatter)
     curves = {CORRELATION: correlation}
     for name in OVER_SPEED:
-        one = run.estimate(name, column).sel(**run.scene.first_direction)
-        curves[name] = one.sel(speed=moving)  # a log axis has no zero
+        curves[name] = run.estimate(name, column).sel(speed=moving)  # a log axis has no zero
     return curves
 
 

@@ -85,7 +85,7 @@ class Page:
     ):
         self.watched = watched
         scene = watched.run.scene
-        self.speed, self.direction = max(scene.speeds) or 1.0, 0.0
+        self.speed, self.direction = max(scene.speeds) or 1.0, (scene.headings or (0.0,))[0]
         # of the shown temperature: the skin and the depth of the heat may be chosen
         self.scene = scene
         self.member: MemberFields | None = None
@@ -103,8 +103,6 @@ class Page:
         self.controls = self.layout.controls
         queue = partial(tasks, document, self.say)
         self.news, self.readings, self.temperatures, self.images = (queue() for _ in range(4))
-        for name, curve in watched.theory.items():
-            self.layout.curves[name].show_theory(*curve)
         self.snapshots: SnapshotsView | None = None
         if watched.run.numerics.slide is not None:
             self.snapshots = SnapshotsView(watched.run, document, queue().ask)
@@ -113,6 +111,7 @@ class Page:
         if scene.distribution:
             self.layout.add_below(self.reactions.root)
         self._connect()
+        self.show_curves()
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = HEAD, THEME
         document.add_root(self.layout.root)
@@ -144,6 +143,7 @@ class Page:
             when(slider, "value", partial(act, moving=True))
             when(slider, "value_throttled", act)
         when(controls.speed, "value", lambda: self.type_speed(controls.speed.value))
+        when(controls.direction, "value", self.choose_direction)
         when(controls.level, "value", self.choose_level)
         when(controls.member, "value", self.choose_member)
         when(controls.colours_of, "active", self.draw_maps)
@@ -176,16 +176,28 @@ class Page:
         if self.summary is None:
             self.layout.busy.text = ""
         self.summary = summary
-        for column, curves in summary.measured.items():
-            for name, curve in curves.items():
-                self.layout.curves[name].show(column, curve)
+        self.show_curves()
         for column, text in summary.budget.items():
             self.layout.budgets[column].text = text
         self.say("")
         self.offer_members()
         if self.snapshots is not None:
             self.snapshots.offer(summary.with_snapshots)
-        self.reactions.show(summary.reactions)
+
+    def show_curves(self) -> None:
+        """Show theory, columns and reactions, in the chosen direction if the run has any."""
+        angles = self.watched.run.scene.directions
+        angle = angles[int(self.controls.direction.value)] if angles else None
+        for name, theory in self.watched.theory(angle).items():
+            self.layout.curves[name].show_theory(*theory)
+        if self.summary is None:
+            return
+        for column, curves in self.summary.measured.items():
+            for name, curve in curves.items():
+                turned = "direction" in curve.coords
+                shown = curve.sel(direction=angle) if turned else curve
+                self.layout.curves[name].show(column, shown)
+        self.reactions.show(self.summary.reactions.get(angle, {}))
 
     def offer_members(self) -> None:
         """List the realizations of the chosen level; if none is shown yet, show the first one with fields."""
@@ -256,6 +268,13 @@ class Page:
         self.choose(self.speed, self.direction)
 
     # speed and direction
+
+    def choose_direction(self) -> None:
+        """Show the results in one of the directions of the run, and turn the map to it."""
+        self.show_curves()
+        scene = self.watched.run.scene
+        chosen = int(self.controls.direction.value) * len(scene.sliding.speed)
+        self.choose(self.speed, (scene.headings or ())[chosen])
 
     def type_speed(self, text: str) -> None:
         """Take the speed that was typed into the box."""

@@ -73,7 +73,7 @@ def test_an_empty_run_shows_its_scene_and_theory(empty):
     assert run.state().startswith("0 realizations")
     assert "not being computed now" in run.state()
     assert summary.budget["capped"].startswith("No realization yet")
-    assert run.theory["flash_temperature"][1].min() > 0.0
+    assert run.theory(None)["flash_temperature"][1].min() > 0.0
     assert summary is run.summary()
 
 
