@@ -114,21 +114,32 @@ class _Controls:
             title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box"
         )
         angles = {"start": -180, "end": 180, "step": 1, "value": 0}
-        title = "sliding direction" + " from the grooves" * (run.scene.lay > 1.0)
-        self.angle = models.Slider(title=f"{title}, °", width=200, name="angle", **angles)
+        self.angle = models.Slider(
+            title="sliding direction from x of the map, °", width=250, name="angle", **angles
+        )
         # of the results: the map turns with it, and with the slider to any other
-        turned = [
-            (str(k), f"{degrees(angle):.4g}°") for k, angle in enumerate(run.scene.directions)
-        ]
+        turned = [(str(k), f"{degrees(at):.4g}°") for k, at in enumerate(run.scene.directions)]
         self.direction = models.Select(
-            title="results in direction", options=turned, value="0", width=140, name="direction"
+            title="results in direction",
+            options=turned,
+            value="0",
+            width=140,
+            visible=bool(turned),
+            name="direction",
         )
         labels = ["colours of the cell", "of the view"]
         self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
         colours = column(plain_text("", "colours"), self.colours_of)
-        shown_first = [self.level, self.member, self.slider, self.speed, self.angle]
-        in_direction = [self.direction] if turned else []
-        self.row = row(*shown_first, *in_direction, colours, styles=WRAPPED)
+        self.row = row(
+            self.level,
+            self.member,
+            self.slider,
+            self.speed,
+            self.angle,
+            self.direction,
+            colours,
+            styles=WRAPPED,
+        )
 
 
 def frame(lengths: tuple[float, float], unit: str, longer: int) -> dict[str, Any]:

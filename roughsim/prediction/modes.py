@@ -9,7 +9,6 @@ import numpy as np
 
 import theory
 from roughsim.grid import Array, Complex, Grid, modes_where
-from roughsim.heat.periodic import moving
 from roughsim.observables.record import TheoryOfScene
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.areas import area_fractions
@@ -156,6 +155,8 @@ def _sums_of_lay(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
 
     Contact is that of a cell with these modes, from rest over half its chord; its heat is all in the moving body.
     """
+    from roughsim.heat.periodic import moving  # loads the transforms
+
     weight, dense = _weight(scene, spectrum), _dense(spectrum, grid)
     vectors, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
     cell, stretch = grid.stretched(scene.lay), sqrt(scene.lay)
