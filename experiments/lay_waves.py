@@ -1,0 +1,203 @@
+"""Faces whose lay differs from wave to wave, or is crossed: the law of theory/lay.py beside simulations.
+
+    python experiments/lay_waves.py [--draw] [--solve LIST] [--toy] [-o FOLDER]
+
+The lists are in reference/lay_waves.json and were committed before any was solved; `--draw` writes them anew. "tuned"
+chose the form, "judged" was solved when it was committed. A third has one direction and a γ of its own in each octave,
+1 … 10, a third also a direction of its own, a third two crossed lays; each second face is elastic. `--solve` adds to
+reference/lay_waves_solved.json ⟨Tσ⟩/⟨σ⟩ over half the cell from rest, in four directions, of members on 256² points in
+cells of four longest waves, and of their twins of the same C(q) without directions: pixel and cell err alike in both.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from math import inf, log, pi, radians, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from lay_points import BODY, FRICTION, MODULUS
+from scipy.special import erfinv
+from script import Command, Rows
+
+import roughsim as rs
+from roughsim.observables.directions import flash_temperature_along
+from roughsim.observables.moments import HeatSource
+from roughsim.surface.directions import DirectedSpectrum, Directions, with_lays
+
+FOLDER = Path(__file__).parent / "reference"
+LISTS = {"tuned": (6111, 8), "judged": (6112, 18)}  # seed, number of faces
+POINTS, WAVES, MEMBERS = 256, 4, 4
+DIRECTIONS = (0.0, pi / 4, pi / 2, 3 * pi / 4)
+KINDS = ("octaves", "turned", "crossed")
+ANGLES = 90
+
+
+@dataclass(frozen=True)
+class Face:
+    """A face under load; SI."""
+
+    kind: str
+    lays: tuple[tuple[float, float], ...]  # γ and degrees of each octave from q_min on, or of two crossed lays
+    hurst: float
+    q_min: float
+    plateau: float  # q_r/q_min
+    band: float  # q_max/q_min
+    slope: float  # h′
+    pressure: float
+    hardness: float | None
+    speeds: tuple[float, float]
+
+    @property
+    def mean(self) -> rs.SelfAffineSpectrum:
+        """C(q), the mean over directions; of crossed lays of each before it is stretched."""
+        ends = {"q_min": self.q_min, "q_max": self.band * self.q_min}
+        return rs.SelfAffineSpectrum.from_rms_slope(
+            self.slope, hurst=self.hurst, q_roll_off=self.plateau * self.q_min, **ends
+        )
+
+    @property
+    def spectrum(self) -> DirectedSpectrum:
+        """C(q⃗)."""
+        if self.kind == "crossed":
+            half = self.mean.scaled(0.5)
+            terms = [(half, gamma, radians(angle)) for gamma, angle in self.lays]
+            whole = with_lays(terms).truncated(q_max=self.band * self.q_min)
+            return whole.scaled((self.slope / whole.rms_slope) ** 2)
+        angles = np.arange(ANGLES) * (pi / ANGLES)
+        rows = [
+            (np.cosh(log(g)) + np.sinh(log(g)) * np.cos(2 * (angles - radians(a))))
+            ** -(1 + self.hurst)
+            for g, a in self.lays
+        ]
+        q = self.q_min * 2.0 ** (0.5 + np.arange(len(rows)))
+        return DirectedSpectrum(
+            self.mean, Directions(tuple(q.tolist()), tuple(tuple(row.tolist()) for row in rows))
+        )
+
+
+def draw(rng: np.random.Generator, kind: str, *, elastic: bool) -> Face:
+    """Return a face, which may lie outside the range of the law."""
+
+    def logarithmic(low: float, high: float) -> float:
+        return float(f"{np.exp(rng.uniform(np.log(low), np.log(high))):.4g}")
+
+    area, slope, band = logarithmic(0.03, 0.9), logarithmic(0.02, 0.3), logarithmic(6.0, 16.0)
+    steep = MODULUS * slope
+    pressure, hardness = steep / sqrt(2) * float(erfinv(area)), None
+    if not elastic:
+        hardness = float(f"{steep * logarithmic(0.03, 2.0):.4g}")
+        pressure = 1 / (1 / pressure + 1 / (area * hardness))
+    mean, spread = rng.uniform(0.0, 180.0), 40.0 if kind == "turned" else 0.0
+    if kind == "crossed":
+        turn = rng.uniform(40.0, 90.0)
+        lays = [(logarithmic(1.5, 10.0), mean), (logarithmic(1.5, 10.0), mean + turn)]
+    else:
+        octaves = 1 + int(np.log2(band))
+        lays = [(logarithmic(1.0, 10.0), mean + rng.normal(0.0, spread)) for _ in range(octaves)]
+    return Face(
+        kind=kind,
+        lays=tuple((gamma, round(angle % 180.0, 1)) for gamma, angle in lays),
+        hurst=round(rng.uniform(0.3, 1.0), 3),
+        q_min=logarithmic(5e3, 5e4),
+        plateau=logarithmic(1.0, 3.0),
+        band=band,
+        slope=slope,
+        pressure=float(f"{pressure:.4g}"),
+        hardness=hardness,
+        speeds=(logarithmic(1.0, 8.0), logarithmic(8.0, 60.0)),
+    )
+
+
+def isotropic(face: Face) -> Any:
+    """Return the stress of its C(q) without directions, by the law; ValueError outside its range."""
+    from theory import lay
+
+    return lay.stress_of_lay(
+        face.spectrum.whole,
+        1.0,
+        effective_modulus=MODULUS,
+        nominal_pressure=face.pressure,
+        penetration_hardness=face.hardness,
+    )
+
+
+def drawn(name: str) -> list[Face]:
+    """Return the faces of a list."""
+    seed, count = LISTS[name]
+    rng, faces = np.random.default_rng(seed), []
+    while len(faces) < count:
+        number = len(faces)
+        face = draw(rng, KINDS[number % 3], elastic=number % 2 == 0)
+        try:
+            isotropic(face)
+        except ValueError:
+            continue
+        faces.append(face)
+    return faces
+
+
+def points(name: str) -> list[Face]:
+    """Return the faces of a list as they were committed."""
+    rows = json.loads((FOLDER / "lay_waves.json").read_text("utf-8"))[name]
+    pairs = ("lays", "speeds")
+    return [
+        Face(**row | {"lays": tuple(map(tuple, row["lays"])), "speeds": tuple(row["speeds"])})
+        for row in rows
+        if pairs
+    ]
+
+
+def member(face: Face, spectrum: Any, seed: int, count: int) -> dict[str, Any]:
+    """Return T_flash, (directions, speeds), and the areas of one member."""
+    side = WAVES * 2 * pi / face.q_min
+    grid = rs.Grid((count, count), (side, side))
+    cut = spectrum.truncated(q_max=min(face.band * face.q_min, grid.nyquist / 2))
+    heights = rs.synthesize(cut, grid, np.random.default_rng([61, seed]), amplitudes="fixed")
+    solid = rs.Solid(MODULUS, face.hardness or inf)
+    contact = rs.solve_contact(heights, grid, solid, nominal_pressure=face.pressure)
+    source = HeatSource(face.speeds, FRICTION, **BODY)
+    found = [
+        flash_temperature_along(contact.pressure, grid, source, angle, side / 2)
+        for angle in DIRECTIONS
+    ]
+    areas = {"contact": contact.contact_fraction, "yielded": contact.plastic_fraction}
+    return {"flash": np.array(found)} | areas
+
+
+def solve(face: Face, members: int, count: int) -> dict[str, Any]:
+    """Return the means over members of a face and of its twin, and the standard errors of ln T_flash."""
+    row: dict[str, Any] = {}
+    for name, spectrum in (("face", face.spectrum), ("twin", face.spectrum.whole)):
+        all_of = [member(face, spectrum, seed, count) for seed in range(members)]
+        logs = np.log([each["flash"] for each in all_of])
+        row[name] = {
+            "flash": np.exp(logs.mean(axis=0)).tolist(),
+            "error": (logs.std(axis=0, ddof=1) / sqrt(members)).tolist(),
+        }
+        for key in ("contact", "yielded"):
+            row[name][key] = float(np.mean([each[key] for each in all_of]))
+    return row
+
+
+def main() -> None:
+    command = Command(__file__, __doc__, "two faces, two members on 64² points")
+    command.add_argument("--draw", action="store_true", help="write the lists anew")
+    command.add_argument("--solve", choices=list(LISTS), help="solve what is not there yet")
+    options = command.parse()
+    if options.draw:
+        lists = {name: [asdict(face) for face in drawn(name)] for name in LISTS}
+        (FOLDER / "lay_waves.json").write_text(json.dumps(lists, indent=1) + "\n")
+    path = options.output / "toy.json" if options.toy else FOLDER / "lay_waves_solved.json"
+    rows = Rows(path, resume=True)
+    for name in ["tuned"] if options.toy else list(LISTS):
+        for k, face in enumerate(points(name)[: 2 if options.toy else None]):
+            if options.toy or options.solve == name:
+                size = (2, 64) if options.toy else (MEMBERS, POINTS)
+                rows.once(name, str(k), lambda face=face, size=size: solve(face, *size))
+
+
+if __name__ == "__main__":
+    main()
