@@ -26,6 +26,7 @@ import roughsim as rs
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import HeatSource
 from roughsim.surface.directions import DirectedSpectrum, Directions, with_lays
+from theory import lay
 
 FOLDER = Path(__file__).parent / "reference"
 LISTS = {"tuned": (6111, 8), "judged": (6112, 18)}  # seed, number of faces
@@ -40,7 +41,9 @@ class Face:
     """A face under load; SI."""
 
     kind: str
-    lays: tuple[tuple[float, float], ...]  # γ and degrees of each octave from q_min on, or of two crossed lays
+    lays: tuple[
+        tuple[float, float], ...
+    ]  # γ and degrees of each octave from q_min on, or of two crossed lays
     hurst: float
     q_min: float
     plateau: float  # q_r/q_min
@@ -113,8 +116,6 @@ def draw(rng: np.random.Generator, kind: str, *, elastic: bool) -> Face:
 
 def isotropic(face: Face) -> Any:
     """Return the stress of its C(q) without directions, by the law; ValueError outside its range."""
-    from theory import lay
-
     return lay.stress_of_lay(
         face.spectrum.whole,
         1.0,
@@ -180,6 +181,24 @@ def solve(face: Face, members: int, count: int) -> dict[str, Any]:
         for key in ("contact", "yielded"):
             row[name][key] = float(np.mean([each[key] for each in all_of]))
     return row
+
+
+def law(face: Face, *, directed: bool) -> np.ndarray:
+    """Return T_flash by the law, (directions, speeds), K, with the directions of C(q⃗) or without."""
+    contact = {
+        "effective_modulus": MODULUS,
+        "nominal_pressure": face.pressure,
+        "penetration_hardness": face.hardness,
+    }
+    if directed:
+        stress = lay.stress_of_waves(face.spectrum, **contact)
+    else:
+        stress = lay.stress_of_lay(face.spectrum.whole, 1.0, **contact)
+    load = {"nominal_pressure": face.pressure, "friction_coefficient": FRICTION}
+    angles = np.array(DIRECTIONS)[:, None]
+    slid = WAVES * pi / face.q_min
+    found = lay.flash_temperature(face.speeds, angles, stress, **load, **BODY, slid_distance=slid)
+    return np.asarray(found)
 
 
 def main() -> None:

@@ -25,22 +25,21 @@ Source: docs/lay.md, which compares it with simulations.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
-from math import atan2, cos, hypot, inf, log10, pi, sin, sqrt
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass, replace
+from math import hypot, inf, log10, pi, sin, sqrt
+from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from theory.arguments import Array, SpectrumLike, positive, real_array
+from theory.arguments import Array, SpectrumLike, breaks_of, positive, real_array
 from theory.clipped.field import law_of
 from theory.flash import HeatSource, formula_of, heat_source
-from theory.picture import FADED, erfc_root, fade, growing
+from theory.lay_waves import Face, Part, Weighted, gradient, laplacian, temperature
 from theory.scattering import ANSWER
-from theory.skin import BodyLayers, Skin, along_waves, steady_rise, surface_response
-from theory.yielding import YieldingSpectrum
+from theory.skin import Skin, along_waves, steady_rise
+from theory.slope_frame import ISOTROPIC, DirectedSpectrum, Directions, slope_frame
+from theory.yielding import UpTo, YieldingSpectrum
 
 __all__ = [
     "LayStress",
@@ -49,37 +48,11 @@ __all__ = [
     "flash_laplacian",
     "flash_temperature",
     "stress_of_lay",
+    "stress_of_waves",
 ]
 
-Complex = NDArray[np.complex128]
-_POINTS, _WEIGHTS = legendre.leggauss(10)  # of a panel of the angle
-_ALL = np.linspace(
-    pi / 512, pi / 2 - pi / 512, 128
-)  # directions of waves; the others are mirror images
 _BAND = 0.06  # at γ = 10; 95 % of 324 departures of T_flash from simulations, beside those of their isotropic twins
 _ACCURACY = 1e-5  # of the mean of m in E_eff
-_SOONER = 3.0  # oscillations fade at a third of the phase of a picture: sharp ends of C(q) leave 2e-4 open
-_FADED = FADED / _SOONER  # rad
-_TURN, _TURNS = 8.0, 14  # phase over a panel of q′, rad, and panels of the angle up to `_FADED`
-_FAINT = 20.0  # e^(−20) is nothing
-
-
-class Weighted(Protocol):
-    """A stress with a lay, such as `LayStress`."""
-
-    @property
-    def stress_spectrum(self) -> SpectrumLike:
-        """|σ_q′|², Pa² m², with `breaks`."""
-
-    @property
-    def lay(self) -> float:
-        """The lay γ."""
-
-    def own_share(self, q: Array) -> Array:
-        """Return s at q′, rad/m, elementwise."""
-
-    def response(self, q: Array, ratio: Array) -> Array:
-        """Return r at q′, rad/m, and the ratio m; arrays that broadcast."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,11 +67,17 @@ class LayStress:
         γ, the correlation length along the grooves over that across.
     effective_modulus : float
         E*, Pa: that of `stress_spectrum` is E_eff.
+    directions : Directions
+        M(q′, φ); 1 of a face with one lay.
+    angle : float
+        Of the grooves, rad, from the axis from which directions of sliding count.
     """
 
     stress_spectrum: YieldingSpectrum
     lay: float
     effective_modulus: float
+    directions: Directions = ISOTROPIC
+    angle: float = 0.0
 
     def own_share(self, q: Array) -> Array:
         """Return the share s of |σ_q′|² that waves make at their own wavenumbers `q`, rad/m."""
@@ -110,9 +89,9 @@ class LayStress:
         return np.asarray(ratio / (1 + ratio * series))
 
 
-def stiffening(lay: float, elastic_fraction: float) -> float:
-    """Return E_eff/E* of contact whose share A_el/A₀ of the nominal area is elastic."""
-    light = (sqrt(lay) + 1 / sqrt(lay)) / 2
+def stiffening(lay: float, elastic_fraction: float, softer: float = 1.0) -> float:
+    """Return E_eff/E* of contact whose share A_el/A₀ of the nominal area is elastic; `softer` is f of light contact."""
+    light = softer * (sqrt(lay) + 1 / sqrt(lay)) / 2
     full = sqrt((lay + 1 / lay) / 2)
     return light + (full - light) * sin(pi / 2 * elastic_fraction)
 
@@ -170,141 +149,58 @@ def stress_of_lay(
 
 
 def in_stretched_frame(
-    law: Callable[[float], YieldingSpectrum], lay: float, modulus: float
+    law: Callable[[float], YieldingSpectrum], lay: float, modulus: float, softer: float = 1.0
 ) -> YieldingSpectrum:
-    """Return the `law` of a modulus, Pa, at the E_eff that its own contact of a face with a `lay` γ has."""
-    factor, last = stiffening(lay, 0.0), inf
+    """Return the `law` of a modulus, Pa, at the E_eff that its own contact of a face with a `lay` γ has.
+
+    `softer` is f of light contact.
+    """
+    factor, last = stiffening(lay, 0.0, softer), inf
     while True:  # A_el falls with E_eff, by little
         stress = law(factor * modulus)
-        following = stiffening(lay, stress.contact_fraction - stress.plastic_fraction)
+        following = stiffening(lay, stress.contact_fraction - stress.plastic_fraction, softer)
         change = abs(following - factor)
         if change <= _ACCURACY * factor or change >= last:
             return stress
         factor, last = following, change
 
 
-class _Wave(NamedTuple):
-    """What a wave of the direction of q′ makes of the heat, over the directions."""
+def stress_of_waves(
+    spectrum: DirectedSpectrum,
+    *,
+    effective_modulus: float,
+    nominal_pressure: float,
+    penetration_hardness: float | None = None,
+) -> LayStress:
+    """Stress of contact of a face whose waves have lays of their own, by the calibrated law in its slope frame.
 
-    square: Array  # m²
-    along: Array  # q·v/(q′v)
-    share: Array  # of the stress, times the width of the node over half a turn
+    Parameters
+    ----------
+    spectrum : DirectedSpectrum
+        C(q⃗) of the face, m⁴, and its mean C(q) over directions, whose numbers must lie in the range of the law.
+    effective_modulus, nominal_pressure, penetration_hardness : float
+        As in `stress_of_lay`; errors, too.
+    """
+    frame = slope_frame(spectrum)
+    modulus = positive("effective_modulus", effective_modulus, "Pa")
+    steeper = stiffening(frame.lay, 1.0)
 
-
-Part = Callable[[_Wave], Array | Complex]
-
-
-def _temperature(_: _Wave) -> Array:
-    return np.ones(1)
-
-
-def _gradient(wave: _Wave) -> Complex:
-    return np.asarray(1j * wave.along)
-
-
-def _laplacian(wave: _Wave) -> Array:
-    return -wave.square
-
-
-@dataclass(frozen=True, slots=True)
-class _Face:
-    """A face with a lay that slides in one direction over a body."""
-
-    stress: Weighted
-    direction: float
-    drift: float  # v/D, 1/m
-    layers: BodyLayers | None
-    part: Part  # of q′κT/q̇ of a wave
-    power: float  # of r
-
-    @property
-    def _velocity(self) -> tuple[float, float]:
-        """q·v = q′v·(these two, times cosφ and sinφ)."""
-        ux, uy = (
-            one if abs(one) > 1e-15 else 0.0 for one in (cos(self.direction), sin(self.direction))
+    def law(stretched: float) -> YieldingSpectrum:
+        found = law_of(
+            spectrum,
+            effective_modulus=stretched / steeper,
+            nominal_pressure=nominal_pressure,
+            penetration_hardness=penetration_hardness,
         )
-        return ux / sqrt(self.stress.lay), uy * sqrt(self.stress.lay)
-
-    @property
-    def _resting(self) -> float:
-        """The direction of q′, rad, in which q·v = 0."""
-        along, across = self._velocity
-        return atan2(-along, across)
-
-    def _wave(self, q: Array, angle: Array, width: Array) -> _Wave:
-        """Return the waves of q′ (n, 1) at `angle`, rad, from `_resting`, and of some `width` of these angles."""
-        lay = self.stress.lay
-        square = _square(self._resting + angle, lay)
-        mean = np.mean(self._response(q, _square(_ALL, lay)), axis=1, keepdims=True)
-        share = self._response(q, square) / mean * width / pi
-        return _Wave(square, hypot(*self._velocity) * np.sin(angle), share)
-
-    def _response(self, q: Array, square: Array) -> Array:
-        return self.stress.response(q, np.sqrt(square)) ** self.power
-
-    def mean(self, q: Array) -> Array:
-        """Return the mean of the part over directions, steady, at q′ (n,)."""
-        layers, waves = self.layers, q[:, None]
-        steep = abs(self.drift) / float(q.min())
-        wave = self._wave(
-            waves, *self._nodes(steep * (max(1.0, layers.diffusion) if layers else 1.0))
+        end = sqrt(frame.lay) * breaks_of(found.spectrum)[-1]
+        return replace(
+            found,
+            spectrum=UpTo(frame.spectrum, min(end, frame.spectrum.breaks[-1])),
+            effective_modulus=stretched,
         )
-        advection = self.drift * waves * wave.along
-        length = waves * np.sqrt(wave.square)
-        if layers is None:
-            root: Complex = np.sqrt(length**2 - 1j * advection)
-            response: Complex = length / root
-        else:
-            response = surface_response(length, advection, layers)
-        mean = (response * self.part(wave) / np.sqrt(wave.square)).real * wave.share
-        return np.asarray(mean.sum(axis=1))
 
-    def _nodes(self, steep: float) -> tuple[Array, Array]:
-        """Return angles from `_resting` over half a turn, dense there and along the grooves, and their widths."""
-        lay = self.stress.lay
-        narrow = float(_square(np.array(self._resting), lay)) / hypot(*self._velocity)
-        at_rest = growing(min(1.0, narrow / steep if steep else 1.0), pi / 2)
-        grooves = growing(1 / max(lay, 1 / lay), pi / 2)
-        grooves = np.append(-grooves, grooves) - self._resting
-        turned = (grooves + pi / 2) % pi - pi / 2
-        return _panels(np.unique(np.concatenate([-at_rest, at_rest, turned])))
-
-    def missing(self, q: Array, spread: float) -> Array:
-        """Return what the start from rest, since which D t is `spread`, takes off `mean` at q′ (n,), rising.
-
-        It is of long waves, which heat the body deeper than its layers.
-        """
-        phase = q * hypot(*self._velocity) * abs(self.drift) * spread  # q·v t, the most
-        block = np.floor(np.log(np.minimum(phase, _TURN)))
-        block += np.floor(np.clip(phase, _TURN, _FADED) / _TURN)
-        block += np.floor(np.log(np.maximum(phase, _FADED)))
-        late, lay = np.zeros(q.size), max(self.stress.lay, 1 / self.stress.lay)
-        for at in np.split(np.arange(q.size), np.flatnonzero(np.diff(block)) + 1):
-            if q[at[0]] ** 2 * spread < _FAINT * lay:
-                late[at] = along_waves(q[at], partial(self._late, spread=spread))
-        return late
-
-    def _late(self, q: Array, spread: float) -> Array:
-        turned = abs(self.drift) * spread * q[:, None]
-        last = np.arcsin(np.minimum(_FADED / (hypot(*self._velocity) * turned), 1.0))
-        half = np.append(growing(1e-6, 1 / _TURNS)[:-1], np.linspace(1 / _TURNS, 1.0, _TURNS))
-        angle, width = _panels(np.append(-half[:0:-1], half))
-        wave = self._wave(q[:, None], last * angle, last * width)
-        square: Complex = np.asarray(wave.square - 1j * (self.drift * wave.along / q[:, None]))
-        late: Complex = erfc_root((q[:, None] ** 2 * spread) * square) / np.sqrt(square)
-        late *= fade(np.abs(wave.along) * turned * _SOONER)
-        return np.asarray(((late * self.part(wave)).real * wave.share).sum(axis=1))
-
-
-def _square(angle: Array, lay: float) -> Array:
-    """Return m² in the directions `angle` of q′, rad from the grooves."""
-    return np.asarray(np.cos(angle) ** 2 / lay + lay * np.sin(angle) ** 2)
-
-
-def _panels(edges: Array) -> tuple[Array, Array]:
-    """Return nodes and weights of Gauss panels between edges."""
-    half = np.diff(edges)[:, None] / 2
-    return (edges[:-1, None] + half * (1 + _POINTS)).ravel(), (half * _WEIGHTS).ravel()
+    stress = in_stretched_frame(law, frame.lay, modulus, frame.softer)
+    return LayStress(stress, frame.lay, modulus, frame.directions, frame.angle)
 
 
 class _Sliding(NamedTuple):
@@ -323,12 +219,15 @@ class _Sliding(NamedTuple):
         own, found = stress.own_share(q), []
         for one in zip(self.directions, self.drifts, self.spreads, strict=True):
             total = 0.0
-            for share, exponent in ((own, 2.0), (1 - own, ANSWER)):
-                face = _Face(stress, *one[:2], source.body.layers, part, exponent)
+            for share, exponent, each in (
+                (own, 2.0, stress.directions),
+                (1 - own, ANSWER, ISOTROPIC),
+            ):
+                face = Face(stress, *one[:2], source.body.layers, part, exponent, each)
                 mean = along_waves(q, face.mean)
                 if one[2] < inf:
                     mean = mean - face.missing(q, one[2])
-                total += float(moment * share * q**power @ mean)
+                total += float(moment * share * q**power @ (mean * each.at(q)).sum(axis=1))
             found.append(total)
         return np.asarray(source.heating * np.reshape(found, source.velocity.shape))
 
@@ -347,7 +246,7 @@ def _sliding(
     slid_distance: ArrayLike = inf,
 ) -> _Sliding:
     """Check the arguments of the functions below, which `flash_temperature` describes."""
-    angle = real_array("direction", direction, "rad")
+    angle = real_array("direction", direction, "rad") - stress.angle
     distance = np.asarray(slid_distance, dtype=np.float64)
     if not (distance > 0.0).all():
         raise ValueError(
@@ -386,9 +285,10 @@ def flash_temperature(sliding: _Sliding) -> Array:
     speed : array_like
         v, m/s, of either sign.
     direction : array_like
-        Angle θ of sliding, rad, from the grooves: 0 is along, π/2 across them; θ, −θ and θ + π are the same.
+        Angle θ of sliding, rad, from the grooves: 0 is along, π/2 across them; θ, −θ and θ + π are the same. By
+        `stress_of_waves` from x, and only θ and θ + π are the same.
     stress : LayStress
-        From `stress_of_lay`.
+        From `stress_of_lay` or `stress_of_waves`.
     nominal_pressure, friction_coefficient, conductivity, diffusivity, skin, heat_depth
         σ₀ and the body and its heat, as in `theory.flash.flash_temperature`.
     slid_distance : array_like
@@ -406,16 +306,16 @@ def flash_temperature(sliding: _Sliding) -> Array:
     TypeError, ValueError, theory.quadrature.QuadratureError
         As `theory.flash.flash_temperature`.
     """
-    return sliding.integral(_temperature, -1)
+    return sliding.integral(temperature, -1)
 
 
 @formula_of(_sliding)
 def flash_gradient(sliding: _Sliding) -> Array:
     """Weighted slope T′_flash = ⟨∂T σ⟩/⟨σ⟩ along the direction of sliding, K/m; arguments as `flash_temperature`."""
-    return sliding.integral(_gradient, 0)
+    return sliding.integral(gradient, 0)
 
 
 @formula_of(_sliding)
 def flash_laplacian(sliding: _Sliding) -> Array:
     """Weighted Laplacian in the plane ∇²T_flash ≤ 0, K/m²; arguments as `flash_temperature`."""
-    return sliding.integral(_laplacian, 1)
+    return sliding.integral(laplacian, 1)

@@ -155,7 +155,10 @@ def direction_mean(q: Array, drift: float, layers: BodyLayers, part: Part) -> Ar
 
 
 def along_waves(q: Array, mean_at: Callable[[Array], Array]) -> Array:
-    """Return `mean_at` wavenumbers (n,), rad/m, of many by polynomials in ln q: analytic within ±iπ/2."""
+    """Return `mean_at` wavenumbers (n,), rad/m, of many by polynomials in ln q: analytic within ±iπ/2.
+
+    It returns one number or a row of them for each.
+    """
     if q.size == 0:
         return np.empty(0)
     log_q = np.log(q)
@@ -167,11 +170,13 @@ def along_waves(q: Array, mean_at: Callable[[Array], Array]) -> Array:
     panel = np.minimum(((log_q - low) / width).astype(int), panels - 1)
     starts = low + width * np.arange(panels)[:, None]
     waves = np.exp(starts + width * (1 + nodes) / 2)
-    values = mean_at(waves.ravel()).reshape(panels, _NODES)
-    coefficients = chebyshev.chebfit(nodes, values.T, _NODES - 1)
+    values = mean_at(waves.ravel())
+    rows = values.reshape(panels, _NODES, -1)
+    series = np.moveaxis(rows, 1, 0).reshape(_NODES, -1)
+    coefficients = chebyshev.chebfit(nodes, series, _NODES - 1).reshape(_NODES, panels, -1)
     place = 2 * (log_q - starts[panel, 0]) / width - 1
-    means: Array = chebyshev.chebval(place, coefficients[:, panel], tensor=False)
-    return means
+    means: Array = chebyshev.chebval(place[:, None], coefficients[:, panel], tensor=False)
+    return means.reshape(q.size, *values.shape[1:])
 
 
 def _mean_at(q: Array, drift: float, layers: BodyLayers, part: Part) -> Array:
