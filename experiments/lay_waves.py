@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from lay_points import BODY, FRICTION, MODULUS
 from scipy.special import erfinv
-from script import Command, Rows
+from script import Command, Rows, write_evidence
 
 import roughsim as rs
 from roughsim.observables.directions import flash_temperature_along
@@ -143,11 +143,9 @@ def drawn(name: str) -> list[Face]:
 def points(name: str) -> list[Face]:
     """Return the faces of a list as they were committed."""
     rows = json.loads((FOLDER / "lay_waves.json").read_text("utf-8"))[name]
-    pairs = ("lays", "speeds")
     return [
         Face(**row | {"lays": tuple(map(tuple, row["lays"])), "speeds": tuple(row["speeds"])})
         for row in rows
-        if pairs
     ]
 
 
@@ -201,6 +199,13 @@ def law(face: Face, *, directed: bool) -> np.ndarray:
     return np.asarray(found)
 
 
+def compared(face: Face, row: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Return ln of law over simulation, (directions, speeds), beside the twin: by the law in directions, and without."""
+    simulated = np.log(row["face"]["flash"]) - np.log(row["twin"]["flash"]).mean(axis=0)
+    plain = law(face, directed=False)
+    return np.log(law(face, directed=True) / plain) - simulated, -simulated
+
+
 def main() -> None:
     command = Command(__file__, __doc__, "two faces, two members on 64² points")
     command.add_argument("--draw", action="store_true", help="write the lists anew")
@@ -210,12 +215,23 @@ def main() -> None:
         lists = {name: [asdict(face) for face in drawn(name)] for name in LISTS}
         (FOLDER / "lay_waves.json").write_text(json.dumps(lists, indent=1) + "\n")
     path = options.output / "toy.json" if options.toy else FOLDER / "lay_waves_solved.json"
-    rows = Rows(path, resume=True)
+    rows, numbers = Rows(path, resume=True), {}
     for name in ["tuned"] if options.toy else list(LISTS):
+        every = []
         for k, face in enumerate(points(name)[: 2 if options.toy else None]):
             if options.toy or options.solve == name:
                 size = (2, 64) if options.toy else (MEMBERS, POINTS)
                 rows.once(name, str(k), lambda face=face, size=size: solve(face, *size))
+            if str(k) in rows[name]:
+                row: Any = rows[name][str(k)]
+                every.append(100 * np.expm1(compared(face, row)))
+                print(name, k, face.kind, *(f"{off:+.1f}" for off in every[-1][0].ravel()), "%")
+        for key, off in zip(("", "_isotropic"), np.swapaxes(every, 0, 1), strict=True):
+            numbers[f"{name}{key}_rms"] = float(np.sqrt(np.mean(off**2)))
+            numbers[f"{name}{key}_worst"] = float(off.flat[np.abs(off).argmax()])
+    print(*(f"{name}: {value:.3g}" for name, value in numbers.items()), sep="\n")
+    if options.evidence:
+        write_evidence("lay_waves", "python experiments/lay_waves.py --evidence", numbers=numbers)
 
 
 if __name__ == "__main__":

@@ -52,6 +52,8 @@ __all__ = [
 ]
 
 _BAND = 0.06  # at γ = 10; 95 % of 324 departures of T_flash from simulations, beside those of their isotropic twins
+# 138 of 144 departures of T_flash from simulations of 18 faces are inside, rms 3.2 %, worst +12 %; isotropic rms 16 %
+_OF_WAVES = 0.09
 _ACCURACY = 1e-5  # of the mean of m in E_eff
 
 
@@ -96,9 +98,12 @@ def stiffening(lay: float, elastic_fraction: float, softer: float = 1.0) -> floa
     return light + (full - light) * sin(pi / 2 * elastic_fraction)
 
 
-def error_band(lay: float, isotropic: float) -> float:
-    """Return the relative error, 95 %, of T_flash of a face with a `lay` γ, beside that of the `isotropic` law."""
-    return hypot(isotropic, _BAND * log10(lay))
+def error_band(lay: float, isotropic: float, *, own_lays: bool = False) -> float:
+    """Return the relative error, 95 %, of T_flash of a face with a `lay` γ, beside that of the `isotropic` law.
+
+    `own_lays` is whether its waves have lays of their own, by `stress_of_waves`.
+    """
+    return hypot(isotropic, _BAND * log10(lay), _OF_WAVES * own_lays)
 
 
 def stress_of_lay(

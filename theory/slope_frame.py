@@ -21,7 +21,7 @@ from theory.quadrature import WEIGHTS, panels_between
 
 _ANGLES = 180  # over half a turn
 _PER_DECADE = 40  # rows of C′ and M
-_MOST = 40  # harmonics: maps are smoothed over 4°
+_MOST = 24  # harmonics: maps are smoothed over 4°
 _FAINT = 1e-4  # of the largest C′ q′⁴, and of the mean: less is nothing
 
 
@@ -120,7 +120,7 @@ def slope_frame(spectrum: DirectedSpectrum) -> SlopeFrame:
     ends = np.log(breaks_of(spectrum))
     wide = np.concatenate([ends - log(lay) / 2, ends, ends + log(lay) / 2])[[0, -1]]
     count = 2 + round(_PER_DECADE * np.ptp(wide) / log(10.0))
-    rows = np.linspace(*wide, count)
+    rows = np.linspace(wide[0], wide[1], count)
     # |q|²/|q′|² = cosh ln γ − sinh ln γ cos 2φ
     stretch = np.sqrt(cosh(log(lay)) - sinh(log(lay)) * np.cos(2 * angle))
     true = grooves + np.arctan2(lay * np.sin(angle), np.cos(angle))

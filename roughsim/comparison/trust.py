@@ -63,7 +63,7 @@ def trust(scene: Scene) -> Trust:
     if law.stress_spectrum is None:
         return Trust("not known", law.range)
     if scene.directions:
-        return Trust("not known", f"lay = {scene.lay:g}: it was not compared in single directions")
+        return Trust("not known", "the theory was not compared in single directions")
     peclet = _peclet_numbers(scene)
     judgements = []
     by_theory, by_law = prediction.predictions(scene), prediction.calibrated_predictions(scene)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from math import inf, nan
@@ -23,9 +24,11 @@ from roughsim.prediction.lay import StressOfTheory, in_directions
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.model import Conduction, steeper
 from roughsim.surface.spectrum import Spectrum
-from theory.lay import LayStress, Weighted
+from theory.lay import LayStress
+from theory.lay_waves import Weighted
 from theory.roots import root
 from theory.skin import ThermalBody, body_of
+from theory.slope_frame import slope_frame
 
 if TYPE_CHECKING:  # slow to import
     from roughsim.observables.moments import HeatSource
@@ -318,7 +321,7 @@ def heat_partition(
     *,
     rule: float | str | None = None,
     spectrum: Spectrum | None = None,
-    stress: Spectrum | None = None,
+    stress: Spectrum | LayStress | None = None,
 ) -> Array:
     """Return the moving body's share of the heat at each speed, m/s, by default the speeds of the scene.
 
@@ -342,7 +345,7 @@ def share_of(
     speed: Array,
     spectrum: Spectrum | None,
     bodies: Conduction,
-    stress: Spectrum | None = None,
+    stress: Spectrum | LayStress | None = None,
 ) -> Array:
     """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction.
 
@@ -352,7 +355,7 @@ def share_of(
         return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
     if bodies.counter_conductivity is None:
         return np.full(speed.shape, nan)
-    if scene.lay > 1.0:
+    if in_directions_of(scene, stress):
         return _share_of_lay(scene, rule, speed, stress_of_lay(scene, spectrum, stress), bodies)
     contact: dict[str, Any] = {"spectrum": spectrum} | stress_arguments(scene)
     if stress is not None:
@@ -415,6 +418,13 @@ def _total_arguments(scene: Scene) -> dict[str, Any]:
     }
 
 
+def in_directions_of(scene: Scene, stress: Any = None) -> bool:
+    """Return whether the theory of a scene, or its `stress` by a law, differs between directions of sliding."""
+    return isinstance(stress, LayStress) or (
+        bool(scene.directions) and (stress is None or scene.lay > 1.0)
+    )
+
+
 def headings_of_fields(scene: Scene) -> tuple[float, ...]:
     """Return the direction of each speed of a scene in fields, radians from x; of isotropic faces one for all."""
     return scene.headings or (scene.sliding.direction or (0.0,))[:1] * len(scene.speeds)
@@ -427,11 +437,34 @@ def headings_at(scene: Scene, speeds: Array) -> Array:
 
 
 def stress_of_lay(scene: Scene, spectrum: Spectrum | None, stress_spectrum: Any = None) -> Weighted:
-    """Return the stress of faces with a lay by the theory, of all C_sm or of a `spectrum`, or by a law."""
+    """Return the stress of faces with a lay by the theory, of all C_sm or of a `spectrum`, or by a law.
+
+    Of scans up to the end of that spectrum, in the frame of their slopes.
+    """
+    if isinstance(stress_spectrum, LayStress):
+        return stress_spectrum
     if stress_spectrum is not None:
         return LayStress(stress_spectrum, scene.lay, scene.effective_modulus)
-    whole = smoothed_spectrum(scene) if spectrum is None else spectrum
-    return StressOfTheory.of(scene.lay, whole, **stress_arguments(scene))
+    if scene.lay > 1.0:
+        whole = smoothed_spectrum(scene) if spectrum is None else spectrum
+        return StressOfTheory.of(scene.lay, whole, **stress_arguments(scene))
+    end = inf if spectrum is None else spectrum.breaks[-1]
+    return _stress_of_scan(scene, end)
+
+
+@lru_cache(maxsize=64)  # .05 s for each quantity at each cut-off
+def _stress_of_scan(scene: Scene, end: float) -> StressOfTheory:
+    """Return the stress of scans in their directions by the theory, up to a wavenumber, rad/m."""
+    whole: Any = scene.spectrum
+    frame = slope_frame(whole if end >= whole.breaks[-1] else whole.truncated(q_max=end))
+    spectrum: Spectrum = frame.spectrum
+    modulus = {"effective_modulus": scene.effective_modulus * steeper(frame.lay)}
+    if not scene.elastic:
+        spectrum = theory.plasticity.smoothed_spectrum(
+            spectrum, **pressure_arguments(scene) | modulus
+        )
+    stress = StressOfTheory.of(frame.lay, spectrum, **stress_arguments(scene) | modulus)
+    return replace(stress, directions=frame.directions, angle=frame.angle)
 
 
 def heat_source(scene: Scene) -> HeatSource:

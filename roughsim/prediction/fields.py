@@ -96,7 +96,7 @@ def slid_fields(scene: Scene) -> Sample | None:
 def _has_fields(scene: Scene, body: int) -> bool:
     """Whether a scene asks for fields, and the law and a bare body allow them."""
     asks = scene.distribution and calibrated(scene).stress_spectrum is not None
-    return asks and scene.layers[body] == Layers() and scene.lay == 1.0
+    return asks and scene.layers[body] == Layers() and not scene.directions
 
 
 def draw_frozen(

@@ -11,6 +11,7 @@ import theory
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.bodies import law_arguments
 from roughsim.scene import Scene
+from theory.lay import LayStress
 from theory.yielding import ELASTIC_BANDS, ERROR_BANDS, YieldingSpectrum
 
 # observables in which contacts that yield were compared; their g_σ(r) is rarely known down to a tenth of g_σ(0)
@@ -35,33 +36,44 @@ class Calibrated:
     observables: tuple[str, ...]  # observables by the law
     errors: dict[str, float]  # relative error bands by observable; T_flash is the first
     range: str  # "inside", or the number of the scene that lies outside, with the range that was compared
+    stress: LayStress | None = None  # of a scan in its directions, or of a face with a lay
 
 
 @lru_cache(maxsize=64)  # .02 s, up to .1 s; ten times in a comparison or report
 def calibrated(scene: Scene) -> Calibrated:
     """Return the calibrated law of a scene; without a hardness it is the law of elastic contact."""
     errors = ELASTIC_BANDS if scene.elastic else ERROR_BANDS
-    if scene.scanned_lay is not None:
-        return Calibrated(None, (), errors, "the law is of one lay, the same for all waves")
     try:
-        law: Any
-        if scene.lay > 1.0:
-            of_lay = theory.lay.stress_of_lay(scene.spectrum, scene.lay, **law_arguments(scene))
-            law = of_lay.stress_spectrum
-        else:
-            law = theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
+        stress = _in_directions(scene)
+        law: Any = (
+            stress.stress_spectrum
+            if stress
+            else theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
+        )
         theory.persson.stress_density(
             stress_spectrum=law
         )  # kept for all quantities; refuses integrals without limit
     except (ValueError, theory.quadrature.QuadratureError) as error:
         return Calibrated(None, (), errors, str(error).split(";")[0])
     elastic = isinf(law.penetration_hardness)
-    if scene.lay > 1.0:
+    if stress is not None:
         bands = ELASTIC_BANDS if elastic else ERROR_BANDS
-        flash = theory.lay.error_band(scene.lay, bands["flash_temperature"])
+        flash = theory.lay.error_band(
+            stress.lay, bands["flash_temperature"], own_lays=scene.lay == 1.0
+        )
         areas = {name: bands[name] for name in bands if name in _OF_LAY[-2:]}
         known = tuple(name for name in _OF_LAY if elastic or name in _OF_YIELDING)
-        return Calibrated(law, known, {"flash_temperature": flash} | areas, "inside")
+        return Calibrated(law, known, {"flash_temperature": flash} | areas, "inside", stress)
     if elastic:
         return Calibrated(law, tuple(OBSERVABLES), ELASTIC_BANDS, "inside")
     return Calibrated(law, _OF_YIELDING, ERROR_BANDS, "inside")
+
+
+def _in_directions(scene: Scene) -> LayStress | None:
+    """Return the stress of faces with a lay, or of scans in their directions, by the law; None of isotropic faces."""
+    if scene.lay > 1.0:
+        return theory.lay.stress_of_lay(scene.spectrum, scene.lay, **law_arguments(scene))
+    if scene.directions:
+        scan: Any = scene.spectrum
+        return theory.lay.stress_of_waves(scan, **law_arguments(scene))
+    return None

@@ -8,7 +8,8 @@ import numpy as np
 import theory
 from roughsim.grid import Array
 from roughsim.surface.spectrum import Spectrum
-from theory.lay import Weighted
+from theory.lay_waves import Weighted
+from theory.slope_frame import ISOTROPIC, Directions
 
 _RATIOS = {  # √ or not of −T over another moment
     "flash_width": ("flash_laplacian", 0.5),
@@ -45,6 +46,8 @@ class StressOfTheory:
 
     stress_spectrum: Any  # |σ_q′|² in the stretched frame, Pa² m²
     lay: float  # γ
+    directions: Directions = ISOTROPIC  # M(q′, φ)
+    angle: float = 0.0  # of the grooves, radians
 
     @classmethod
     def of(cls, lay: float, spectrum: Spectrum, **stress_arguments: float) -> Self:

@@ -60,6 +60,8 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
     laplacian = -even @ (stress * q)
     if scene.lay > 1.0:
         temperature, gradient, laplacian = _sums_of_lay(scene, spectrum, grid)
+    elif scene.directions:  # the sums of waves with lays of their own are not there
+        temperature, gradient, laplacian = np.full((3, speeds.size), nan)
     rate = _rate(scene, speeds)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)

@@ -178,15 +178,6 @@ def cautions(
             f"sliding.direction = {angles} changes nothing in the theory and on drawn "
             "surfaces, which are isotropic; `roughsim press` gives T_flash in this direction",
         )
-    if drawn and scene.scanned_lay is not None:
-        press = "; `roughsim press` computes the map itself" if scene.scanned else ""
-        yield Remark(
-            "caution",
-            "directions of a scan" if scene.scanned else "lays",
-            f"surfaces have the directions of {'the map' if scene.scanned else 'both faces'}, but the theory is "
-            "isotropic: in each direction of sliding it has the same value, and columns of simulations hold"
-            + press,
-        )
     yield from _caution_of_heat(scene, measured)
 
 

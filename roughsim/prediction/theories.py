@@ -20,6 +20,7 @@ from roughsim.prediction.bodies import (
     heat_arguments,
     heat_partition,
     heating,
+    in_directions_of,
     layer_arguments,
     modulus_of,
     smoothed_spectrum,
@@ -32,6 +33,7 @@ from roughsim.prediction.lay import in_directions
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
+from theory.lay import LayStress
 from theory.yielding import YieldingSpectrum
 
 OVER_SPEED = (
@@ -97,15 +99,16 @@ def over_speed(
     speeds: Array,
     spectrum: Spectrum | None = None,
     *,
-    stress_spectrum: YieldingSpectrum | None = None,
+    stress_spectrum: YieldingSpectrum | LayStress | None = None,
     names: tuple[str, ...] = OVER_SPEED,
 ) -> dict[str, Array]:
     """Return T_flash, T′, ∇²T, D_flash and d_flash at any speeds, m/s, with all heat in the moving body.
 
-    They belong to the whole spectrum, to a `spectrum` C(q), or to a `stress_spectrum` |σ_q|². Of faces with a lay they
-    are in the directions of the scene at its own speeds, else in the first direction.
+    They belong to the whole spectrum, to a `spectrum` C(q), or to a `stress_spectrum` |σ_q|². Of faces with a lay, and
+    of scans, they are in the directions of the scene at its own speeds, else in the first direction; by a |σ_q|²
+    without directions they are alike in all directions of a scan.
     """
-    if scene.lay > 1.0:
+    if in_directions_of(scene, stress_spectrum):
         return _in_directions(scene, speeds, spectrum, stress_spectrum, names)
     if stress_spectrum is not None:
         stress = {
@@ -129,7 +132,7 @@ def _in_directions(
     scene: Scene,
     speeds: Array,
     spectrum: Spectrum | None,
-    stress_spectrum: YieldingSpectrum | None,
+    stress_spectrum: YieldingSpectrum | LayStress | None,
     names: tuple[str, ...],
 ) -> dict[str, Array]:
     """Return `over_speed` of faces with a lay, whose bodies have one conduction."""
@@ -178,7 +181,7 @@ def calibrated_integrals(scene: Scene) -> TheoryOfScene:
     areas = {name: getattr(law, name, nan) for name in ("contact_fraction", "plastic_fraction")}
     temperatures = calibrated_over_speed(scene, np.array(scene.speeds))
     rule = "total" if scene.sliding.heat_partition == "total" else "mean"
-    share = heat_partition(scene, rule=rule, stress=law)
+    share = heat_partition(scene, rule=rule, stress=calibrated(scene).stress or law)
     values = {**temperatures, "heat_partition": share, **areas}
     return _integrated(scene, values, {"stress_spectrum": law})
 
@@ -188,9 +191,13 @@ def calibrated_share(scene: Scene, speeds: Array | None = None) -> Array:
 
     The rule of the scene is applied to the temperatures of both bodies by the law itself. Speeds as `heat_partition`.
     """
-    law, rule = calibrated(scene).stress_spectrum, scene.sliding.heat_partition
-    share = heat_partition(scene, speeds, stress=law)
-    return np.full(share.shape, nan) if law is None and rule in ("mean", "total") else share
+    law, rule = calibrated(scene), scene.sliding.heat_partition
+    share = heat_partition(scene, speeds, stress=law.stress or law.stress_spectrum)
+    return (
+        np.full(share.shape, nan)
+        if law.stress_spectrum is None and rule in ("mean", "total")
+        else share
+    )
 
 
 def calibrated_correlation(scene: Scene, distance: Array) -> Array:
@@ -199,7 +206,7 @@ def calibrated_correlation(scene: Scene, distance: Array) -> Array:
     nothing = np.full(distance.shape, nan)
     return (
         nothing
-        if law is None or scene.lay > 1.0
+        if law is None or scene.directions
         else theory.persson.pressure_correlation(distance, stress_spectrum=law)
     )
 
@@ -209,4 +216,5 @@ def calibrated_over_speed(scene: Scene, speeds: Array) -> dict[str, Array]:
     law = calibrated(scene)
     names = tuple(name for name in OVER_SPEED if name in law.observables)
     nothing = {name: np.full(speeds.shape, nan) for name in OVER_SPEED}
-    return nothing | over_speed(scene, speeds, stress_spectrum=law.stress_spectrum, names=names)
+    stress = law.stress or law.stress_spectrum
+    return nothing | over_speed(scene, speeds, stress_spectrum=stress, names=names)

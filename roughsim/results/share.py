@@ -62,7 +62,8 @@ def with_other_layers(scene: Scene, layered: Scene, speed: float, own: float) ->
 
     The odds change as by the calibrated spectrum of the stress, or by the theory where that does not hold.
     """
-    law = prediction.calibrated(scene).stress_spectrum
+    found = prediction.calibrated(scene)
+    law = found.stress or found.stress_spectrum
     before, after = (
         float(prediction.heat_partition(each, (speed,), stress=law)[0]) for each in (scene, layered)
     )

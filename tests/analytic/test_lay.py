@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from theory import flash, lay
+from theory import flash, lay, slope_frame
 from theory.yielding import YieldingSpectrum
 
 MU, KAPPA, DIFFUSIVITY, PRESSURE = 0.11, 30.0, 7.6e-6, 1e8
@@ -33,6 +33,8 @@ class Powered:
     """A stress of which each direction has the share m^1.4."""
 
     stress_spectrum = Band()
+    directions = slope_frame.ISOTROPIC
+    angle = 0.0
 
     def __init__(self, lay):
         self.lay = lay
@@ -257,3 +259,112 @@ def test_a_lay_below_one_is_refused():
 def test_the_band_is_that_of_the_isotropic_law_and_grows():
     assert lay.error_band(1.0, 0.05) == 0.05
     assert lay.error_band(10.0, 0.08) == pytest.approx(0.1)
+
+
+class Grooved:
+    """C(q⃗) of a face with a lay: the power law at q′, grooves at .4 rad from x."""
+
+    lay, angle = 2.0, 0.4
+
+    def at(self, q, angle):
+        turned = np.asarray(angle) - self.angle
+        ratio = np.hypot(np.cos(turned) * sqrt(self.lay), np.sin(turned) / sqrt(self.lay))
+        return PowerLaw()(q * ratio)
+
+    def __init__(self):
+        rows = np.geomspace(1.44e4, 5.5e5, 120)
+        angle = (np.arange(720) + 0.5) * (pi / 720)
+        level = self.at(rows[:, None], angle).mean(axis=1)
+        self.mean = slope_frame.MeanSpectrum(
+            tuple(np.log(rows).tolist()), tuple(np.log(level).tolist())
+        )
+        self.breaks = self.mean.breaks
+
+    def __call__(self, q):
+        return self.mean(np.asarray(q))
+
+
+class Sum:
+    """C(q⃗) = C(q)[1 + a(q) cos 2(φ − .3)], a from .9 to −.5 over C(q)."""
+
+    breaks = PowerLaw.breaks
+
+    def __call__(self, q):
+        return PowerLaw()(q)
+
+    def at(self, q, angle):
+        uneven = 0.9 - 1.4 * np.log(q / 2e4) / np.log(20.0)
+        return PowerLaw()(q) * (1 + uneven * np.cos(2 * (np.asarray(angle) - 0.3)))
+
+
+@pytest.mark.parametrize("hardness", [None, 1e9])
+def test_waves_of_one_lay_are_a_face_with_it(hardness):
+    load = {
+        "effective_modulus": 1e11,
+        "nominal_pressure": 1e8,
+        "penetration_hardness": hardness,
+    }
+    one = lay.stress_of_lay(PowerLaw(), 2.0, **load)
+    other = lay.stress_of_waves(Grooved(), **load)
+    assert other.lay == pytest.approx(2.0, rel=2e-3)
+    assert other.angle == pytest.approx(0.4, abs=1e-3)
+    angles, speeds = np.array([[0.0], [0.7], [pi / 2]]), [1.0, 35.0]
+    exact = lay.flash_temperature(speeds, angles, one, **HEAT)
+    got = lay.flash_temperature(speeds, angles + 0.4, other, **HEAT)
+    np.testing.assert_allclose(got, exact, rtol=1e-2)
+
+
+def test_the_frame_has_equal_slopes_and_all_waves():
+    frame = slope_frame.slope_frame(Sum())
+    # the slope tensor by its integrals: a(q) weighs q³C ~ q^−.6
+    x = np.linspace(np.log(2e4), np.log(4e5), 4001)
+    weight = np.exp(0.4 * x)
+    uneven = weight @ (0.9 - 1.4 * (x - x[0]) / np.ptp(x)) / weight.sum() / 2
+    assert frame.lay == pytest.approx(sqrt((1 + abs(uneven)) / (1 - abs(uneven))), rel=1e-3)
+    assert frame.angle % pi == pytest.approx((0.3 + (pi / 2 if uneven > 0 else 0.0)) % pi)
+    # at waves of the frame, C′M is C(q⃗) of the face
+    q, angle = np.array([5e4, 9e4]), np.array([0.2, 1.1, 2.5])
+    m = sqrt(frame.lay)
+    x, y = np.cos(angle) * q[:, None] / m, np.sin(angle) * q[:, None] * m
+    harmonics = frame.directions.at(q)[:, None] * frame.directions.waves(angle)
+    got = frame.spectrum(q)[:, None] * harmonics.sum(axis=-1)
+    exact = Sum().at(np.hypot(x, y), np.arctan2(y, x) + frame.angle)
+    np.testing.assert_allclose(got, exact, rtol=3e-3)
+
+
+def test_light_contact_of_waves_of_own_lays_is_softer():
+    # in the frame of an isotropic tensor an octave with (a − b)/(a + b) = .6 has √[(1 + .8)/2]
+    rows = tuple(np.log(np.geomspace(1e4, 1e6, 41)).tolist())
+    directions = slope_frame.Directions(rows, ((0.72, 0.96),) * 41)
+    mean = slope_frame.MeanSpectrum(rows, tuple(-4.0 * np.array(rows)))
+    frame = slope_frame.SlopeFrame(1.0, 0.0, mean, directions)
+    assert frame.softer == pytest.approx(sqrt(0.9))
+    assert slope_frame.SlopeFrame(1.0, 0.0, mean, slope_frame.ISOTROPIC).softer == 1.0
+    assert lay.stiffening(4.0, 0.0, 0.8) == pytest.approx(0.8 * 1.25)
+    assert lay.stiffening(4.0, 1.0, 0.8) == pytest.approx(sqrt(2.125))
+
+
+def test_waves_of_own_lays_in_the_plane():
+    # 1 + .5 cos 2φ − .3 sin 4φ of a band, steady and from rest, by the plane
+    rows = tuple(np.log(Band.breaks).tolist())
+    stress = Powered(4.0)
+    stress.directions = slope_frame.Directions(rows, ((0.5, 0.0, 0.0, -0.3),) * 2)
+    stress.angle = 0.2
+    direction, speed = 0.7, 3.0
+    qx, qy, area = plane(4.0, direction)
+    ratio = np.hypot(qx, qy) / np.hypot(2 * qx, qy / 2)
+    angle = np.arctan2(qy / 2, qx * 2)
+    share = area * ratio**1.4
+    power = 1e4 * share / share.sum() * area.sum()
+    power = power * (1 + 0.5 * np.cos(2 * angle) - 0.3 * np.sin(4 * angle))
+    along = qx * np.cos(direction) + qy * np.sin(direction)
+    root = np.sqrt(qx**2 + qy**2 - 1j * along * speed / DIFFUSIVITY)
+    for slid in (np.inf, 3e-5):
+        young = erf(root * sqrt(DIFFUSIVITY * slid / speed)) if slid < np.inf else 1.0
+        exact = MU * speed / KAPPA / PRESSURE * float((power * (young / root).real).sum())
+        got = lay.flash_temperature(speed, direction + 0.2, stress, **HEAT, slid_distance=slid)
+        assert got == pytest.approx(exact, rel=1e-6)
+
+
+def test_the_band_of_waves_of_own_lays_is_wider():
+    assert lay.error_band(10.0, 0.0, own_lays=True) == pytest.approx(sqrt(0.06**2 + 0.09**2))

@@ -54,12 +54,45 @@ def test_a_scan_with_a_lay_has_directions_about_it(tmp_path):
     assert again.identity() == scene.identity()
     assert "surface.psd_directions" in scene.identity()
     warned = list(map(str, judge(scene).warnings))
-    assert any("the theory is isotropic" in line for line in warned)
     assert not any("is not isotropic:" in line for line in warned)
     # the map itself is pressed without them
     pressed, _ = load_map(content)
     assert not pressed.directions
     assert pressed.surface.psd_directions is None
+
+
+def test_theory_and_law_of_a_scan_have_its_directions(tmp_path):
+    _, scene = scene_of(tmp_path, 5.0, speed=[1.0, 35.0])
+    found = rs.theory(scene).to_dict()
+    for values in (found["flash_temperature"], found["calibrated"]["flash_temperature"]):
+        slow, fast = np.transpose(values)
+        assert fast[0] > 1.2 * fast[1] > 1.2 * fast[2]
+        assert slow[0] > slow[1] > slow[2]
+    assert found["calibrated"]["range"] == "inside"
+    assert found["calibrated"]["error"] > 0.1
+    # in full contact, without a hardness, each mode has its pressure
+    full = scene.with_("body.penetration_hardness", None).with_("sliding.nominal_pressure", 4e11)
+    one = rs.theory(full).to_dict()
+    for k, theta in enumerate(full.directions):
+        exact = full_contact(full, theta)
+        for values in (one["flash_temperature"], one["calibrated"]["flash_temperature"]):
+            assert values[k] == pytest.approx(exact, rel=1e-2)
+
+
+def full_contact(scene, theta):
+    """T_flash in full contact by the plane of waves, in turned even angles and q, at each speed."""
+    spectrum, body = scene.spectrum, scene.conduction()
+    ends = np.log([spectrum.breaks[0], spectrum.breaks[-1]])
+    q = np.exp(np.linspace(*ends, 801))[:, None]
+    angle = (np.arange(1440) + 0.5) * (math.pi / 1440)
+    power = (scene.effective_modulus * q / 2) ** 2 * spectrum.at(q, angle) * q
+    found = []
+    for speed in scene.speeds[: len(scene.sliding.speed)]:
+        root = np.sqrt(q**2 - 1j * q * np.cos(angle - theta) * speed / body.diffusivity)
+        waves = (power / root).real.mean(axis=1) * 2 * math.pi * q[:, 0]
+        heat = 0.11 * speed / body.conductivity / scene.sliding.nominal_pressure
+        found.append(heat * np.trapezoid(waves, np.log(q[:, 0])))
+    return found
 
 
 def test_an_isotropic_scan_has_no_directions(tmp_path):
