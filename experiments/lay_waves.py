@@ -200,7 +200,7 @@ def law(face: Face, *, directed: bool) -> np.ndarray:
 
 
 def compared(face: Face, row: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Return ln of law over simulation, (directions, speeds), beside the twin: by the law in directions, and without."""
+    """Return ln of law over simulation, (directions, speeds), beside the twin: in directions, and without."""
     simulated = np.log(row["face"]["flash"]) - np.log(row["twin"]["flash"]).mean(axis=0)
     plain = law(face, directed=False)
     return np.log(law(face, directed=True) / plain) - simulated, -simulated
