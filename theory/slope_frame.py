@@ -111,7 +111,7 @@ class SlopeFrame:
 def slope_frame(spectrum: DirectedSpectrum) -> SlopeFrame:
     """Return the frame in which a face with C(q⃗) is as steep in all directions."""
     q, slope = panels_between(breaks_of(spectrum)).nodes()
-    angle = np.arange(_ANGLES) * (pi / _ANGLES)
+    angle: Array = np.arange(_ANGLES) * (pi / _ANGLES)
     wave = np.stack([np.ones(_ANGLES), np.cos(2 * angle), np.sin(2 * angle)])
     weight = (q**3 * slope * WEIGHTS).ravel()
     whole, even, odd = wave @ (weight @ spectrum.at(q.ravel()[:, None], angle))
@@ -120,7 +120,7 @@ def slope_frame(spectrum: DirectedSpectrum) -> SlopeFrame:
     ends = np.log(breaks_of(spectrum))
     wide = np.concatenate([ends - log(lay) / 2, ends, ends + log(lay) / 2])[[0, -1]]
     count = 2 + round(_PER_DECADE * np.ptp(wide) / log(10.0))
-    rows = np.linspace(wide[0], wide[1], count)
+    rows: Array = np.linspace(wide[0], wide[1], count)
     # |q|²/|q′|² = cosh ln γ − sinh ln γ cos 2φ
     stretch = np.sqrt(cosh(log(lay)) - sinh(log(lay)) * np.cos(2 * angle))
     true = grooves + np.arctan2(lay * np.sin(angle), np.cos(angle))
