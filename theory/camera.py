@@ -12,7 +12,8 @@ ages from d/v to (d + ℓ)/v. For vd/D ≫ 1 conduction along sliding does not c
     H = erfc√(λ²Dd/v) − erfc√(λ²D(d + ℓ)/v),
 
 blurred across only: e^(−q_y²b²/2). In all cases T_rms² = (μv/κ)² 2π ∫ q |σ_q|² ⟨|H|²/|λ|²⟩ dq, the mean over the
-directions of q. Source: Carslaw & Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), Sec. 10.7, for one wave.
+directions of q; of a face with a lay it has the weight of `theory.lay`, and waves have their true q. Source: Carslaw &
+Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), Sec. 10.7, for one wave.
 """
 
 from collections.abc import Iterator
@@ -22,8 +23,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, SpectrumLike, not_negative_array
+from theory.arguments import Array, SpectrumLike, not_negative_array, real_array
 from theory.flash import HeatSource, formula_of, heat_source
+from theory.lay import Weighted
+from theory.lay_picture import LayPicture
 from theory.persson import Weight
 from theory.picture import Picture, View
 from theory.skin import Skin
@@ -41,10 +44,16 @@ class _Look(NamedTuple):
 
     source: HeatSource
     view: View
+    stress: Weighted | None
+    direction: float
 
     def pictures(self) -> "Iterator[Picture]":
         """Yield the picture at each speed."""
-        return (Picture(self.source, abs(v), self.view) for v in self.source.velocity.flat)
+        for speed in np.abs(self.source.velocity).flat:
+            if self.stress is None:
+                yield Picture(self.source, speed, self.view)
+            else:
+                yield LayPicture(self.source, speed, self.view, self.stress, self.direction)
 
 
 def _looked_at(  # noqa: PLR0913  (load, body, and the camera)
@@ -61,8 +70,12 @@ def _looked_at(  # noqa: PLR0913  (load, body, and the camera)
     skin: Skin | None = None,
     heat_depth: float = 0.0,
     view: View = SHARP,
+    stress: Weighted | None = None,
+    direction: float = 0.0,
 ) -> _Look:
     """Check the arguments of both functions below, which `seen_rms` describes."""
+    if stress is not None:
+        stress_spectrum = stress.stress_spectrum
     source = heat_source(
         speed,
         spectrum,
@@ -76,7 +89,8 @@ def _looked_at(  # noqa: PLR0913  (load, body, and the camera)
         skin=skin,
         heat_depth=heat_depth,
     )
-    return _Look(source, _checked(view, source))
+    angle = float(real_array("direction", direction, "rad"))
+    return _Look(source, _checked(view, source), stress, angle)
 
 
 @formula_of(_looked_at)
@@ -91,6 +105,8 @@ def seen_rms(look: _Look) -> Array:
         The body and its heat, as in `theory.flash.flash_temperature`.
     view : View
         What the camera looks at, and how sharply.
+    stress, direction : LayStress, float
+        Of a face with a lay (`theory.lay.stress_of_lay`), in place of a spectrum; sliding, rad from its grooves.
 
     Returns
     -------
@@ -123,8 +139,8 @@ def seen_width(look: _Look) -> Array:
         Velocity and load, as in `theory.flash.flash_temperature`.
     friction_coefficient, conductivity, diffusivity, skin, heat_depth
         The body and its heat, as in `theory.flash.flash_temperature`.
-    view : View
-        What the camera looks at, and how sharply.
+    view, stress, direction
+        As in `seen_rms`.
 
     Returns
     -------

@@ -133,10 +133,18 @@ class Picture:
             edges = self._angles(float(q[0]), float(q[-1]), lengths, distance, phase)
             half = np.diff(edges)[:, None] / 2
             angle = (edges[:-1, None] + half * (1 + points)).ravel()
-            share = (half * weights).ravel() * 2 / pi  # of a quarter turn, like all others
-            along, across = q[:, None] * np.sin(angle), q[:, None] * np.cos(angle)
-            power = self._power(along, across) * _point_spread(q[:, None], across, view)
+            share = self._share(q[:, None], angle, (half * weights).ravel())
+            along, across, length = (q[:, None] * part for part in self._parts(angle))
+            power = self._power(along, across) * _point_spread(length, across, view)
             yield _Cloud(across.ravel(), (moment[:, None] * share * power).ravel())
+
+    def _parts(self, angle: Array) -> tuple[Array, Array, Array]:
+        """Return q along and across sliding, both ≥ 0, and |q|, over the wavenumber of the stress."""
+        return np.sin(angle), np.cos(angle), np.ones(1)
+
+    def _share(self, q: Array, angle: Array, width: Array) -> Array:
+        """Return the share of the stress at q (n, 1) in angles of some `width`."""
+        return width * 2 / pi  # of a quarter turn, like all others
 
     def _lengths(self) -> tuple[float, ...]:
         """Return the lengths l of waves cos(q_xl) in |H|²."""
@@ -148,10 +156,32 @@ class Picture:
     def _angles(
         self, low: float, high: float, lengths: list[float], distance: float, phase: float
     ) -> Array:
-        """Return the edges of panels over the angle ψ of q = (sinψ, cosψ)|q|, from 0 to π/2, for |q| in a range.
+        """Return the edges of panels over the angle, for |q| in a range."""
+        edges = self._edges(low, high, lengths, distance)
+        along, across, _ = self._parts(edges)
+        counts = np.ones(edges.size - 1)
+        for part, several in ((along, lengths), (across, [distance])):
+            least, change = np.minimum(part[:-1], part[1:]), np.abs(np.diff(part))
+            for one in several:
+                turned = np.ceil(high * one * change / phase)
+                counts = np.maximum(counts, np.where(low * least * one < FADED, turned, 1.0))
+        counts = counts.astype(int)
+        ends = zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True)
+        pieces = [a + (b - a) / n * np.arange(n) for a, b, n in ends]
+        return np.append(np.concatenate(pieces), edges[-1])
 
-        They grow from both ends, at which the response varies fast: |q_x| < q²D/v, and a line behind at small q_y.
+    def _edges(self, low: float, high: float, lengths: list[float], distance: float) -> Array:
+        """Return edges of panels over the angle ψ of q = (sinψ, cosψ)|q|, from 0 to π/2, without oscillations.
+
+        They grow from both ends, at which the response varies fast.
         """
+        few, last = self._narrow(low, high, lengths, distance)
+        return np.append(growing(few, pi / 4)[:-1], pi / 2 - growing(last, pi / 4)[::-1])
+
+    def _narrow(
+        self, low: float, high: float, lengths: list[float], distance: float
+    ) -> tuple[float, float]:
+        """Return q_x/|q| and q_y/|q| below which the response varies fast: |q_x| < q²D/v, and a line at small q_y."""
         drift, layers = self._drift, self._source.body.layers
         steep = drift * (1.0 if layers is None else max(1.0, layers.diffusion))
         few = min([1.0, low / steep if steep else 1.0, *(1 / (high * one) for one in lengths)])
@@ -159,19 +189,7 @@ class Picture:
         if self._view.behind is not None:
             age = self._view.behind + (lengths[0] if lengths else 0.0)
             spread += max(age, 1 / high) / drift + self._view.resolution**2
-        last = min(1.0, 1 / (high * sqrt(spread))) if spread else 1.0
-        edges = np.append(growing(few, pi / 4)[:-1], pi / 2 - growing(last, pi / 4)[::-1])
-        counts = np.ones(edges.size - 1)
-        for one in lengths:
-            fades = low * np.sin(edges[:-1]) * one < FADED
-            turned = high * one * np.diff(np.sin(edges))
-            counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0))
-        turned = high * distance * -np.diff(np.cos(edges))
-        fades = low * np.cos(edges[1:]) * distance < FADED
-        counts = np.maximum(counts, np.where(fades, np.ceil(turned / phase), 1.0)).astype(int)
-        ends = zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True)
-        pieces = [a + (b - a) / n * np.arange(n) for a, b, n in ends]
-        return np.append(np.concatenate(pieces), edges[-1])
+        return few, min(1.0, 1 / (high * sqrt(spread))) if spread else 1.0
 
     def _power(self, along: Array, across: Array) -> Array:
         """Return |H|²/|λ|² without the point spread, m²."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+import theory
 from roughsim.grid import Array
 from roughsim.observables.catalogue import CAMERA, OBSERVABLES
 from roughsim.observables.record import Observable, Sample
@@ -18,6 +19,7 @@ from roughsim.prediction.bodies import (
     heat_arguments,
     heat_source,
     layer_arguments,
+    stress_of_lay,
 )
 from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
@@ -59,12 +61,18 @@ def views(scene: Scene) -> list[View]:
 def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
     """Return an observable of the picture over the speed, (speeds,), with all heat in the body; NaN where unknown.
 
-    `stress` has the arguments of `theory.camera.seen_rms` on the stress. The start from rest of a body with a skin is
-    not known.
+    `stress` has the arguments of `theory.camera.seen_rms` on the stress. The start from rest of a body with a skin, and
+    faces of two lays or scans with one, are not known.
     """
     result = np.full(len(scene.speeds), nan)
-    if scene.camera is None or name not in FORMULAS or scene.headings is not None:
+    directed = scene.headings is not None
+    if scene.camera is None or name not in FORMULAS or (directed and scene.lay == 1.0):
         return result
+    if directed:
+        load = {"nominal_pressure": scene.sliding.nominal_pressure}
+        spectra = (stress.get(kind) for kind in ("spectrum", "stress_spectrum"))
+        stress = load | {"stress": stress_of_lay(scene, *spectra)}
+    headings = scene.headings or (0.0,) * len(scene.speeds)
     looks, speeds = views(scene), np.array(scene.speeds)
     for indices, constants in groups(scene, speeds):
         heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
@@ -73,7 +81,8 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
             if layered and (looks[k].slid_distance < inf or looks[k].behind is not None):
                 continue
             with suppress(ValueError):  # an even picture has no width
-                result[k] = FORMULAS[name](scene.speeds[k], view=looks[k], **stress, **heat)
+                towards = {"view": looks[k], "direction": headings[k]}
+                result[k] = FORMULAS[name](scene.speeds[k], **towards, **stress, **heat)
     return result
 
 
@@ -84,7 +93,7 @@ def error_of_law(scene: Scene, name: str) -> Array | None:
     """
     if scene.camera is None or name not in ERROR_BANDS:
         return None
-    band = np.full(len(scene.speeds), ERROR_BANDS[name])
+    band = np.full(len(scene.speeds), theory.lay.error_band(scene.lay, ERROR_BANDS[name]))
     if scene.camera.behind is not None:
         near = np.array(scene.speeds) * scene.camera.behind
         band[near < FAST * conduction(scene).diffusivity] = nan
@@ -170,6 +179,9 @@ class _Shorter:
     def __call__(self, q: Array) -> Array:
         values: Array = self._whole(q)
         return values
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._whole, name)  # of faces with a lay, what `theory.lay` asks for
 
 
 @lru_cache(maxsize=64)  # .1 s at each speed, for each observable in each round

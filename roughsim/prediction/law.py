@@ -23,7 +23,7 @@ _OF_YIELDING = (
 # of faces with a lay, whose stress the law gives in the stretched frame
 _OF_LAY = (
     *("flash_temperature", "flash_gradient", "flash_laplacian", "flash_width", "slope_length"),
-    *("heat_partition", "contact_fraction", "plastic_fraction"),
+    *("heat_partition", "seen_rms", "seen_width", "contact_fraction", "plastic_fraction"),
 )
 
 
