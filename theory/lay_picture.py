@@ -28,6 +28,7 @@ class LayPicture(Picture):
         ux, uy = (one if abs(one) > 1e-15 else 0.0 for one in (cos(direction), sin(direction)))
         # times cosφ and sinφ
         self._along, self._across = (ux / root, uy * root), (-uy / root, ux * root)
+        self._stretch = max(root, 1 / root)
 
     def _parts(self, angle: Array) -> tuple[Array, Array, Array]:
         ways = np.array([self._along, self._across]) @ np.array([np.cos(angle), np.sin(angle)])
@@ -49,11 +50,10 @@ class LayPicture(Picture):
 
     def _edges(self, low: float, high: float, lengths: list[float], distance: float) -> Array:
         """Return edges over half a turn: they grow from q·v = 0, from q along v, and from the grooves."""
-        steepest, steeper = hypot(*self._along), hypot(*self._across)
         resting, ahead = (atan2(-one, other) for one, other in (self._along, self._across))
         at_rest = float(self._parts(np.array([resting]))[2][0])
-        few, last = self._narrow(low, high * max(steepest, steeper), lengths, distance)
-        few *= min(1.0, at_rest**2 / steepest)
+        few, last = self._narrow(low, high * self._stretch, lengths, distance)
+        few *= min(1.0, at_rest**2 / hypot(*self._along))
         grooves = min(self._lay_stress.lay, 1 / self._lay_stress.lay)
         edges = [
             (place + sign * growing(start, pi / 2) - resting + pi / 2) % pi

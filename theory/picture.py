@@ -67,6 +67,8 @@ class _Cloud(NamedTuple):
 class Picture:
     """The picture at one speed, in units of μv/κ."""
 
+    _stretch = 1.0  # the largest q over the wavenumber of the stress
+
     def __init__(self, source: HeatSource, speed: float, view: View):
         self._source, self._view = source, view
         self._drift = speed / source.body.diffusivity  # v/D, 1/m
@@ -128,7 +130,7 @@ class Picture:
         view, stress = self._view, self._source.stress
         points, weights = legendre.leggauss(nodes)
         lengths = [each for each in self._lengths() if 0.0 < each < inf]
-        longest = max([*lengths, distance])
+        longest = self._stretch * max([*lengths, distance])
         for q, moment in _subdivided(stress.panels, stress.values, longest, 2 * phase):
             edges = self._angles(float(q[0]), float(q[-1]), lengths, distance, phase)
             half = np.diff(edges)[:, None] / 2

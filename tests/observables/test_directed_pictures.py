@@ -189,6 +189,11 @@ def test_single_wave_is_blurred_by_its_true_length(angle):
         amplitude, rel=1e-2
     )  # points beside the crest, and 1e-4 m/s
     assert sqrt(2 * np.mean(field**2.0)) == pytest.approx(amplitude, rel=1e-4)
+    (curve,) = correlations_of(pressure, GRID, camera)
+    qx, qy = (2 * pi * n / length for n, length in zip(k, GRID.lengths, strict=True))
+    y = distances(sqrt(GRID.lengths[0] ** 2 + GRID.lengths[1] ** 2) / 2)
+    across = qy * np.cos(angle) - qx * np.sin(angle)
+    np.testing.assert_allclose(curve / curve[0], np.cos(across * y), atol=4e-3)
 
 
 FREE = CAPPED.replace("lengths = [2e-3, 2e-3]\n", "")
