@@ -100,10 +100,12 @@ def main() -> None:
         row: Any = rows.once("seen", str(k), lambda f=face, c=lens: seen(f, c, points, members))
         law = by_law(face, lens, stress)
         each = 100 * np.array([np.array(law[name]) / row[name] - 1 for name in ("rms", "width")])
-        band = 100 * lay.error_band(face.lay, camera.ERROR_BANDS["seen_rms"])
+        band = [100 * camera.error_band(name, face.lay) for name in camera.ERROR_BANDS]
         areas = stress.stress_spectrum.contact_fraction
         print(
-            f"γ {face.lay:.3g} A {areas:.2g} band {band:.2g} %:", each.round(1).tolist(), flush=True
+            f"γ {face.lay:.3g} A {areas:.2g} band {np.round(band, 1)} %:",
+            each.round(1).tolist(),
+            flush=True,
         )
         off.append(each)
     numbers = {"faces": count}

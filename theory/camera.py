@@ -17,7 +17,7 @@ Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), Sec. 10.7, for one wave.
 """
 
 from collections.abc import Iterator
-from math import inf
+from math import hypot, inf, log10
 from typing import NamedTuple
 
 import numpy as np
@@ -31,12 +31,13 @@ from theory.persson import Weight
 from theory.picture import Picture, View
 from theory.skin import Skin
 
-__all__ = ["ERROR_BANDS", "View", "seen_rms", "seen_width"]
+__all__ = ["ERROR_BANDS", "View", "error_band", "seen_rms", "seen_width"]
 
 SHARP = View()
 # relative; experiments/camera_law.py: 15 contacts, worst −1.4 %; frozen contact followed from rest, from either body,
 # 10 pictures, worst +4.0 %; slides, 12 pictures, worst +1.7 %. The width in 10 contacts, worst +2.8 %
 ERROR_BANDS = {"seen_rms": 0.05, "seen_width": 0.05}
+_OF_LAY = {"seen_rms": 0.06, "seen_width": 0.18}  # beside it at γ = 10; experiments/lay_camera.py
 
 
 class _Look(NamedTuple):
@@ -154,6 +155,11 @@ def seen_width(look: _Look) -> Array:
     """
     widths = [picture.width() for picture in look.pictures()]
     return np.reshape(widths, look.source.velocity.shape)
+
+
+def error_band(name: str, lay: float = 1.0) -> float:
+    """Return the relative error of an observable of the picture, 95 %, of a face with a `lay` γ."""
+    return hypot(ERROR_BANDS[name], _OF_LAY[name] * log10(lay))
 
 
 def _checked(view: View, source: HeatSource) -> View:

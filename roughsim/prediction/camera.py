@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-import theory
 from roughsim.grid import Array
 from roughsim.observables.catalogue import CAMERA, OBSERVABLES
 from roughsim.observables.record import Observable, Sample
@@ -25,7 +24,7 @@ from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
 from roughsim.scene.model import Layers
 from roughsim.scene.numerics import SLIDING
-from theory.camera import ERROR_BANDS, View, seen_rms, seen_width
+from theory.camera import ERROR_BANDS, View, error_band, seen_rms, seen_width
 
 _MOST_BEYOND = 0.5
 FAST = 5.0  # v·behind/D: below, what a camera sees behind the contact is some percent too hot
@@ -93,7 +92,7 @@ def error_of_law(scene: Scene, name: str) -> Array | None:
     """
     if scene.camera is None or name not in ERROR_BANDS:
         return None
-    band = np.full(len(scene.speeds), theory.lay.error_band(scene.lay, ERROR_BANDS[name]))
+    band = np.full(len(scene.speeds), error_band(name, scene.lay))
     if scene.camera.behind is not None:
         near = np.array(scene.speeds) * scene.camera.behind
         band[near < FAST * conduction(scene).diffusivity] = nan
