@@ -96,6 +96,7 @@ def main() -> None:
     options = Command(__file__, __doc__, "two faces, one member on 96² points").parse()
     count, members, points = (2, 1, 96) if options.toy else (FACES, MEMBERS, POINTS)
     rows, off = Rows(options.output / f"pictures-{points}.json", resume=True), []
+    inside: list[Any] = []
     for k, (face, lens, stress) in enumerate(drawn(count, points)):
         row: Any = rows.once("seen", str(k), lambda f=face, c=lens: seen(f, c, points, members))
         law = by_law(face, lens, stress)
@@ -108,7 +109,8 @@ def main() -> None:
             flush=True,
         )
         off.append(each)
-    numbers = {"faces": count}
+        inside.append(np.abs(each) <= np.array(band)[:, None])
+    numbers: dict[str, float] = {"faces": count, "inside": 100 * float(np.mean(inside))}
     for name, each in zip(("rms", "width"), np.moveaxis(off, 1, 0), strict=True):
         numbers[f"{name}_rms"] = sqrt(np.nanmean(each**2))
         numbers[f"{name}_worst"] = float(each.ravel()[np.nanargmax(np.abs(each))])

@@ -37,7 +37,7 @@ SHARP = View()
 # relative; experiments/camera_law.py: 15 contacts, worst −1.4 %; frozen contact followed from rest, from either body,
 # 10 pictures, worst +4.0 %; slides, 12 pictures, worst +1.7 %. The width in 10 contacts, worst +2.8 %
 ERROR_BANDS = {"seen_rms": 0.05, "seen_width": 0.05}
-_OF_LAY = {"seen_rms": 0.06, "seen_width": 0.18}  # beside it at γ = 10; experiments/lay_camera.py
+_OF_LAY = {"seen_rms": 0.09, "seen_width": 0.18}  # beside it at γ = 10; experiments/lay_camera.py
 
 
 class _Look(NamedTuple):
@@ -158,7 +158,7 @@ def seen_width(look: _Look) -> Array:
 
 
 def error_band(name: str, lay: float = 1.0) -> float:
-    """Return the relative error of an observable of the picture, 95 %, of a face with a `lay` γ."""
+    """Return the relative error, 95 %, of the observable of a picture by its `name`, of a face with a `lay` γ."""
     return hypot(ERROR_BANDS[name], _OF_LAY[name] * log10(lay))
 
 

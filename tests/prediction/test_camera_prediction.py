@@ -12,10 +12,10 @@ from roughsim.estimate.fields import hottest_seen
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.observables.record import Sample
 from roughsim.planning.limits import judge
-from roughsim.prediction.camera import camera_of, seen_by, views
+from roughsim.prediction.camera import beyond_cell, camera_of, error_of_law, seen_by, views
 from roughsim.results.theories import theory_columns
 from roughsim.scene import parse_scene
-from theory import flash
+from theory import camera, flash, lay
 
 
 def scene(camera="[camera]", **changes):
@@ -140,3 +140,30 @@ def test_pictures_by_the_law_have_their_band_where_it_was_compared():
     near = scene('[camera]\nbehind = "20 um"', speed="speed = [1, 35]")
     part = theory_columns(near)["calibrated"]("seen_rms").budget["law"]
     assert np.isnan(part).tolist() == [True, False]
+
+
+def test_law_of_a_lay_sees_each_direction():
+    text = CAPPED.replace("lengths = [2e-3, 2e-3]\n", "").replace("hurst", "lay = 3\nhurst", 1)
+    looking = '[camera]\nresolution = "20 um"\n[theory]'
+    found = parse_scene(text.replace("[theory]", looking).replace("[0, 0.1, 35]", "[35]"))
+    stress = lay.stress_of_lay(
+        found.spectrum,
+        3.0,
+        effective_modulus=found.effective_modulus,
+        nominal_pressure=9e7,
+        penetration_hardness=1e9,
+    )
+    heat = {"friction_coefficient": 0.11, "conductivity": 30.0, "diffusivity": 30 / (7900 * 500)}
+    arguments = {"stress": stress, "view": camera.View(2e-5), "nominal_pressure": 9e7, **heat}
+    law = prediction.calibrated_predictions(found)
+    for name, band in (("seen_rms", 0.06590), ("seen_width", 0.0994)):
+        formula = getattr(camera, name)
+        exact = [formula(35.0, direction=angle, **arguments) for angle in (0.0, pi / 4, pi / 2)]
+        np.testing.assert_allclose(law[name], exact, rtol=1e-9)
+        np.testing.assert_allclose(error_of_law(found, name), band, rtol=1e-3)
+    assert hottest_seen(found) is None
+    # waves longer than the cell are a small part of the picture, and longer than the finest none of it
+    small, large = (beyond_cell(found, side) for side in (1e-4, 2e-3))
+    assert np.isnan(small).all()
+    assert (large < 0.1).all()
+    assert (large >= 0.0).all()
