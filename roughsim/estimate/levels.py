@@ -158,7 +158,7 @@ def continuation(scene: Scene, column: str, observable: str, levels: list[LevelM
     followed = FLASH if record.as_flash else record.follows or observable
     law = prediction.calibrated_flash(scene, column, q) if followed == FLASH else None
     if law is not None:
-        return by_steps(levels, law) if record.as_flash else by_law(levels, law)
+        return by_steps(levels, law) if record.as_flash else by_law(levels, law, scene.elastic)
     theory = prediction.continuation(scene, column, q, followed)
     if theory is not None:  # of capped contact a part may yield
         least = 1.0 if column == "capped" else OF_SHAPE if followed == FLASH else 0.0

@@ -17,6 +17,9 @@ from roughsim.grid import Array
 
 # share of the rest that is uncertain, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW, _OF_STEPS = 0.1, 0.25
+# of T_flash, by the law of elastic contact: what slow sliding gains an octave is so small a difference that the law
+# misses .1 % of T_flash in it, and its splines jump by as much with the end of C(q), as their knots lie e-folds apart
+_OF_ELASTIC = 0.002
 # of T_flash by the theory's shape: steps over those of the theory fall by a fifth an octave in wide spectra, so that .6
 # to 1 of the rest by its steps follows
 OF_SHAPE = 0.5
@@ -27,11 +30,11 @@ _USUAL_SCATTER, _LEAST_EXPONENT = (
 )  # how far exponents lie from the usual one, and the least of them
 
 
-def by_law(levels: list[LevelMean], law: Array) -> Mean:
+def by_law(levels: list[LevelMean], law: Array, elastic: bool = False) -> Mean:
     """Return the rest in proportion to a law; `law` has its values at the upper two cut-offs and at the end.
 
     The error is the uncertainty of any law, and how badly it predicted the last step, as squares. One level tests no
-    law: its error is all of the rest.
+    law: its error is all of the rest. Of `elastic` contact what the law does not resolve adds as squares.
     """
     rest = _in_proportion(levels, law)
     size = np.abs(rest.value)
@@ -39,6 +42,8 @@ def by_law(levels: list[LevelMean], law: Array) -> Mean:
     if len(levels) > 1:
         apart = np.nan_to_num(np.abs(rest.value - _by_steps(levels, law).value))
         error = np.minimum(np.hypot(apart, _OF_LAW * size), size)
+    if elastic:
+        error = np.hypot(error, _OF_ELASTIC * levels[-1].mean.value)
     return replace(rest, errors={"bandwidth": error}, way="by the calibrated law")
 
 

@@ -73,6 +73,17 @@ def test_the_doubt_of_the_law_and_how_badly_it_foretold_the_last_step_add_as_squ
     )
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_what_a_law_does_not_resolve_adds_as_squares(sign):
+    for q, of_rest in ((CUT_OFFS[-2:], 0.1), (CUT_OFFS[-1:], 1.0)):
+        rungs = rungs_at([[sign * fall(x)] for x in q], q)
+        limit = by_law(rungs, law_at(q[-2:]), elastic=True)
+        follows = fall(16.0) - fall(END)
+        exact = np.hypot(of_rest * follows, 0.002 * fall(16.0))
+        assert limit.errors["bandwidth"][0] == pytest.approx(exact, rel=1e-9)
+        assert limit.value[0] == pytest.approx(-sign * follows, rel=1e-12)
+
+
 def test_a_law_that_missed_more_than_the_step_leaves_all_in_doubt_and_no_more():
     law = np.array([[1.0], [0.99], [0.99 * 0.98]])
     limit = by_law(rungs_at([[100.0], [103.0]], (8.0, 16.0)), law)
