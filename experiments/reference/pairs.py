@@ -33,6 +33,10 @@ class Part:
     points: int  # along a side
     ends: dict[str, float]  # q_max/q_min
     distance: tuple[float, float] = DISTANCE
+    share: tuple[float, float] = (0.03, 0.4)  # σ₀/σ_P
+    load: tuple[float, float] = (0.015, 0.3)  # σ₀/(E*h′)
+    kappa: tuple[float, float] = (3.0, 100.0)
+    speeds: tuple[float, float, float] = (0.5, 7.0, 100.0)
 
 
 FIRST = Part(
@@ -54,7 +58,19 @@ FRESH = Part(
     160,
     {"A": 9.0, "B": 9.0, "E": 8.0},
 )
-PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH}
+# to nearly full contact, and up to κ 1:40
+DENSE = Part(
+    20261205,
+    {"A": range(51, 55), "B": range(51, 63), "E": range(51, 67)},
+    96,
+    {"A": 6.0, "B": 4.0, "E": 4.0},
+    (1e-3, 16e-3),
+    (0.05, 0.6),
+    (0.03, 1.0),
+    (2.5, 100.0),
+    (1.0, 10.0, 100.0),
+)
+PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH, "dense": DENSE}
 # of experiments/sliding_distance.py, with a list of its own
 FAR = Part(
     20261202,
@@ -154,12 +170,12 @@ def _pair(several: Part, kind: str, number: int, distance: float, rng: np.random
         return rounded(exp(rng.uniform(log(low), log(high))))
 
     hurst, plateau = rounded(rng.uniform(0.3, 1.0)), between(1.0, 3.0)
-    share, hardness = between(0.03, 0.4), between(0.5e9, 5e9)
+    share, hardness = between(*several.share), between(0.5e9, 5e9)
     end = several.ends[kind]
     q_min = 2 * pi * PERIODS / CELL
     unit = rs.SelfAffineSpectrum(1.0, hurst, q_min, plateau * q_min, end * q_min)
     if kind == "E":
-        pressure, load, hardness_or_none = share * hardness, between(0.015, 0.3), None
+        pressure, load, hardness_or_none = share * hardness, between(*several.load), None
         level = (pressure / (MODULUS * load * unit.rms_slope)) ** 2  # σ₀ = load E* h′
     else:
         pressure, hardness_or_none = share * hardness, hardness
@@ -168,10 +184,11 @@ def _pair(several: Part, kind: str, number: int, distance: float, rng: np.random
         )
         level = level_at(share, hardness, elastic, unit.truncated(q_max=seen * q_min))
     moving, resting = (
-        (between(3.0, 100.0), between(1e-6, 4e-5)),
-        (between(3.0, 100.0), between(1e-6, 4e-5)),
+        (between(*several.kappa), between(1e-6, 4e-5)),
+        (between(*several.kappa), between(1e-6, 4e-5)),
     )
-    speeds, part = (between(0.5, 7.0), between(7.0, 100.0)), rounded(rng.uniform(0.05, 0.95))
+    slow, middle, fast = several.speeds
+    speeds, part = (between(slow, middle), between(middle, fast)), rounded(rng.uniform(0.05, 0.95))
     return Pair(
         f"{kind}{number:02d}",
         hurst,
