@@ -166,7 +166,7 @@ def in_stretched_frame(
     factor, last = stiffening(lay, 0.0, softer), inf
     while True:  # A_el falls with E_eff, by little
         stress = law(factor * modulus)
-        following = stiffening(lay, stress.contact_fraction - stress.plastic_fraction, softer)
+        following = stiffening(lay, stress.between_walls()[0], softer)
         change = abs(following - factor)
         if change <= _ACCURACY * factor or change >= last:
             return stress

@@ -4,7 +4,7 @@ The contact is a clipped Gaussian field, σ = F(z), with z = √(1 − f) z₁(x
 entered a body the time τ ago came from the normal place r, of variance 2Dτ an axis. There the heights of that body have
 the correlation ρ(r), and those of the other one ρ(|r + s|), with s = vτ along x. Means over r and τ of
 
-    ⟨W_i W′_j⟩ − ⟨W_i⟩⟨W_j⟩,    W = (F, G − F, Gψ, zGψ, Gχ, Gζ),    G constant in the contact, and 0 outside,
+    ⟨W_i W′_j⟩ − ⟨W_i⟩⟨W_j⟩,    W = (F, G − F, Gψ, Hψ, Gχ, Gζ),    G constant in the contact, and 0 outside,
 
 have three parts. What depends on the heights of one body alone is one integral over r with the kernel of a source at
 rest or in motion, in closed form. The rest vanishes where r or s is long, and its mean over the angle between both

@@ -7,7 +7,7 @@ The contact is a clipped Gaussian field, σ = F(z), `theory.clipped`. A part f o
 in the frame of the body 1 at rest. The heat μvσ is shared by place and time. Heat may cross from one body to the other
 wherever they touch, even where σ is low. Let σ̄ be σ₀A₀/A in the contact and 0 outside:
 
-    into body 1: μv[ασ + β(σ̄ − σ) + σ̄(γψ + δzψ + εχ + ηζ)],    into body 2, the moving one: the rest.
+    into body 1: μv[ασ + β(σ̄ − σ) + σ̄(γψ + δEψ + εχ + ηζ)],    into body 2, the moving one: the rest.
 
 ψ = √f z₁ − √(1 − f) z₂ is independent of z at the same place: it is large where the summits are those of the resting
 body, which have been hot there for long. χ is the Riesz transform of z along the direction of sliding: it has opposite
@@ -15,7 +15,7 @@ signs at the front of a spot, where one body is still cold, and at its rear, whe
 of z, less its mean over the contact: it is large where contact is dense. There the body to which the summits belong has
 become hottest, and the other one takes more of the heat.
 
-Galerkin's equations, that T₁ − T₂ vanishes in the mean over each W of (σ, σ̄ − σ, σ̄ψ, σ̄zψ, σ̄χ, σ̄ζ), give the six
+Galerkin's equations, that T₁ − T₂ vanishes in the mean over each W of (σ, σ̄ − σ, σ̄ψ, σ̄Eψ, σ̄χ, σ̄ζ), give the six
 numbers at each time. The means of T over σ₀ at the time t, when the heat μvW_j has entered since the start, are
 
     M_ij(t) = (μv/κσ₀) (g_σ(0)/⟨F²⟩_c) ∫₀ᵗ dτ √(D/πτ) ⟨W_i W′_j⟩_c,

@@ -205,9 +205,9 @@ def clipped_field(
         )
         most = float(nominal_pressure) + _FAR * sqrt(2 * full)
     levels, heights = _steps(nominal_pressure / most, variance / most**2)
-    return ClippedField(
-        levels, most * heights, distance, correlation, variance, products(levels, most * heights)
-    )
+    edge = float(-scipy.special.ndtri(stress.contact_fraction))
+    of_steps = products(levels, most * heights, max(edge, _CERTAIN))
+    return ClippedField(levels, most * heights, distance, correlation, variance, of_steps)
 
 
 def law_of(

@@ -1,37 +1,36 @@
-"""Means of products of F(z), a stack of steps of a normal z, and of the contact G(z), where F > 0, at two places.
+"""Means of products at two places of F(z), a stack of steps of a normal z, of the contact G(z) and of its rim H(z).
 
-G is one step at the lowest of F's. Let z and z′ be normal with the correlation p = cos θ, and δ Dirac's. A and B, each
-F or G, are sums of steps; the pairs of steps add up to
+G is one step, at the lowest of F's or below. H = G(E − Ē) has E = 1/(z − u + .1), which is large near the edge z = u of
+the contact, less its mean over the contact. Let z and z′ be normal with the correlation p = cos θ. A and B, each F, G
+or H, are sums of steps; the pairs of steps add up to
 
     joint   ⟨A B′⟩ = ∬ dA(u) dB(w) P(z > u, z′ > w)
-    edge    ⟨A_z B′⟩ = ∬ dA(u) dB(w) φ(u) Φ((pu − w)/sin θ),    edge_level = ⟨z A_z B′⟩, the same with a factor u
+    edge    ⟨A_z B′⟩ = ∬ dA(u) dB(w) φ(u) Φ((pu − w)/sin θ)
     edges   sin θ ⟨A_z B′_z⟩ = ∬ dA(u) dB(w) exp(−(u² + w² − 2puw)/(2 sin²θ))/2π.
 
-⟨A B′⟩ is found from ⟨A⟩⟨B⟩ at p = 0 and d⟨A B′⟩/dp = ⟨A_z B′_z⟩. All are smooth in θ. With A = G, z A_z is u A_z.
+⟨A B′⟩ is found from ⟨A⟩⟨B⟩ at p = 0 and d⟨A B′⟩/dp = ⟨A_z B′_z⟩. All are smooth in θ.
 
 Two bodies share the heat by place. That takes a normal ψ too, independent of z at the same place but not at another,
 with k = ⟨ψψ′⟩ and m = ⟨zψ′⟩ = ⟨ψz′⟩. By Stein's rule ⟨x A⟩ = Σ_y ⟨x y⟩ ⟨∂A/∂y⟩,
 
-    ⟨F G′ψ′⟩ = m⟨F_z G′⟩;    ⟨F z′G′ψ′⟩ = m⟨F_z z′G′⟩ = m(p⟨zF_z G′⟩ + sin²θ⟨F_z G′_z⟩);
-    ⟨Gψ G′ψ′⟩ = k⟨G G′⟩ + m²⟨G_z G′_z⟩;    ⟨Gψ z′G′ψ′⟩ = k⟨G z′G′⟩ + m²⟨G_z (z′G′)_z⟩;
-    ⟨zGψ z′G′ψ′⟩ = k⟨zG z′G′⟩ + m²⟨(zG)_z (z′G′)_z⟩.
+    ⟨F B′ψ′⟩ = m⟨F_z B′⟩;    ⟨Aψ B′ψ′⟩ = k⟨A B′⟩ + m²⟨A_z B′_z⟩    with A and B either G or H.
 
 A third normal, χ, has opposite signs at the front of a spot and at its rear. It is the Riesz transform of z along x,
 each wave times −iq_x/q. With S the spectrum of ρ, r at the angle φ to x, and N_k = ∫ S(q) J_k(qr) d²q, its correlations
 are ⟨zχ′⟩ = N₁ cos φ, which is odd, and ⟨χχ′⟩ = (ρ − N₂ cos 2φ)/2. With n = ⟨zχ′⟩, s = ⟨ψχ′⟩ and c = ⟨χχ′⟩
 
-    ⟨F G′χ′⟩ = n⟨F_z G′⟩;    ⟨Gψ G′χ′⟩ = s⟨G G′⟩ + nm⟨G_z G′_z⟩;    ⟨zGψ G′χ′⟩ = s⟨zG G′⟩ + nm⟨(zG)_z G′_z⟩;
-    ⟨Gχ G′χ′⟩ = c⟨G G′⟩ − n²⟨G_z G′_z⟩;    the first three change their sign when both places are exchanged.
+    ⟨F G′χ′⟩ = n⟨F_z G′⟩;    ⟨Aψ G′χ′⟩ = s⟨A G′⟩ + nm⟨A_z G′_z⟩;    ⟨Gχ G′χ′⟩ = c⟨G G′⟩ − n²⟨G_z G′_z⟩;
+
+the first two change their sign when both places are exchanged.
 
 A fourth, ζ, is large where contact is dense. It is the half-potential of z, each wave times q^(−1/2) and a constant:
 half the way from z to its potential 1/q, the response to heat at rest. Unlike the others it depends on z at the same
 place, a = ⟨zζ⟩. K₀, K₁, K₂ are the integrals of S q^(−1/2) J₀, S q^(−1/2) J₁ and S q^(−1) J₀, scaled so that ⟨ζ²⟩ = 1.
-With l = ⟨zζ′⟩ = K₀, h = ⟨ψζ′⟩, t = ⟨ζχ′⟩ = K₁ cos φ, ⟨ζζ′⟩ = K₂, b = l − ap, and ⟨G_zz G′⟩ = ⟨zG_z G′⟩ − p⟨G_z G′_z⟩,
+With l = ⟨zζ′⟩ = K₀, h = ⟨ψζ′⟩, t = ⟨ζχ′⟩ = K₁ cos φ, ⟨ζζ′⟩ = K₂, b = l − ap, and ⟨A G′_zz⟩ = u⟨A G′_z⟩ − p⟨A_z G′_z⟩,
 
-    ⟨F G′ζ′⟩ = l⟨F_z G′⟩ + a⟨F G′_z⟩;    ⟨Gψ G′ζ′⟩ = h⟨G G′⟩ + m(b⟨G_z G′_z⟩ + a⟨zG_z G′⟩);
-    ⟨zGψ G′ζ′⟩ = h⟨zG G′⟩ + m(b⟨(zG)_z G′_z⟩ + a⟨zG z′G′_z⟩);
-    ⟨Gζ G′χ′⟩ = t⟨G G′⟩ + n(b⟨G_z G′_z⟩ + a⟨zG_z G′⟩);
-    ⟨Gζ G′ζ′⟩ = ⟨ζζ′⟩⟨G G′⟩ + 2al⟨zG_z G′⟩ + (b² + a² sin²θ)⟨G_z G′_z⟩.
+    ⟨F G′ζ′⟩ = l⟨F_z G′⟩ + a⟨F G′_z⟩;    ⟨Aψ G′ζ′⟩ = h⟨A G′⟩ + m(b⟨A_z G′_z⟩ + au⟨A G′_z⟩);
+    ⟨Gζ G′χ′⟩ = t⟨G G′⟩ + n(b⟨G_z G′_z⟩ + au⟨G_z G′⟩);
+    ⟨Gζ G′ζ′⟩ = ⟨ζζ′⟩⟨G G′⟩ + 2alu⟨G_z G′⟩ + (b² + a² sin²θ)⟨G_z G′_z⟩.
 
 ζ counts from its mean over the contact, ⟨Gζ⟩/⟨G⟩.
 """
@@ -39,7 +38,7 @@ With l = ⟨zζ′⟩ = K₀, h = ⟨ψζ′⟩, t = ⟨ζχ′⟩ = K₁ cos φ
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +47,7 @@ from numpy.typing import ArrayLike
 
 from theory.arguments import Array, real_array
 
-# i, j of ⟨W_i W′_j⟩ for W = (F, G − F, Gψ, zGψ, Gχ, Gζ)
+# i, j of ⟨W_i W′_j⟩ for W = (F, G − F, Gψ, Hψ, Gχ, Gζ)
 PAIRS = (
     *((0, 0), (0, 1), (0, 2), (0, 3), (0, 4), (0, 5)),
     *((1, 1), (1, 2), (1, 3), (1, 4), (1, 5)),
@@ -56,6 +55,9 @@ PAIRS = (
     *((4, 4), (5, 4), (5, 5)),
 )
 _ANGLES = 256  # intervals of θ
+_RIM = 0.1  # of z, added to its height above the edge of the contact
+_STEPS = 48  # of H
+_FURTHEST = 6.0  # of z on both sides, of these steps
 
 
 class Correlations(NamedTuple):
@@ -72,7 +74,7 @@ class Correlations(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Products:
-    """Means of products of F and G at two places, over the angle θ = arccos p; see the module.
+    """Means of products of F, G and H at two places, over the angle θ = arccos p; see the module.
 
     G has the height with which its mean is ⟨F⟩.
 
@@ -81,8 +83,8 @@ class Products:
     level : float
         u of the step G.
     table : ndarray
-        ⟨F F′⟩; joint, edge, edge_level and edges of F and G; ⟨F G′_z⟩; joint, edge and edges of G; Pa², shape
-        (9, angles), even ones from 0 to π.
+        ⟨F F′⟩; joint and edge of F and G; ⟨F G′_z⟩; joint, edge and edges of G; ⟨F_z H′⟩; joint, edge and edges of G
+        and H; joint and edges of H; Pa², shape (13, angles), even ones from 0 to π.
     """
 
     level: float
@@ -110,7 +112,7 @@ class Products:
         return np.interp(angle, np.linspace(0.0, pi, share.size), share)
 
     def shared(self, own: Correlations, other: Correlations, part: float, alike: float) -> Array:
-        """Return ⟨W_i W′_j⟩ − ⟨W_i⟩⟨W_j⟩ of two bodies for the `PAIRS` of W = (F, G − F, Gψ, zGψ, Gχ, Gζ), Pa².
+        """Return ⟨W_i W′_j⟩ − ⟨W_i⟩⟨W_j⟩ of two bodies for the `PAIRS` of W = (F, G − F, Gψ, Hψ, Gχ, Gζ), Pa².
 
         At last comes ⟨F F′⟩ − ⟨F⟩² of the contact itself.
 
@@ -131,21 +133,20 @@ class Products:
         left = np.minimum(index.astype(np.intp), _ANGLES - 1)
         lower = self.table[:, left]
         values = lower + (index - left) * (self.table[:, left + 1] - lower)
-        pressures, joint_f, edge_f, edge_level_f, edges_f, other_edge_f, joint, edge, edges = values
+        pressures, joint_f, edge_f, other_edge_f, joint, edge, edges, *of_rim = values
+        rim_edge_f, joint_rim, rim_edge, edges_rim, rims, rim_edges = of_rim
         u, sine = self.level, np.sqrt(1 - p**2)
-        steep = edges / np.maximum(sine, 1e-3)  # ⟨G_z G′_z⟩
-        rising = edge + u * steep  # ⟨(zG)_z G′_z⟩
-        other_end = p * u * edge + sine * edges  # ⟨G_z z′G′⟩
-        other_end_f = p * edge_level_f + sine * edges_f  # ⟨F_z z′G′⟩
+        not_0 = np.maximum(sine, 1e-3)
+        steep, rising = edges / not_0, edges_rim / not_0  # ⟨G_z G′_z⟩, ⟨H_z G′_z⟩
         apart = level - alike * p
         along = apart * steep + alike * u * edge  # ⟨ζG_z G′⟩
-        along_level = apart * rising + alike * u * other_end
+        along_rim = apart * rising + alike * u * rim_edge
         middle = self.joint.size // 2
-        mean = alike * self.table[7, middle] / self.mean_square  # ⟨Gζ⟩/⟨G⟩
+        mean = alike * self.table[5, middle] / self.mean_square  # ⟨Gζ⟩/⟨G⟩
         uneven = (level + alike) * edge  # ⟨G G′ζ′⟩
         uneven_f = level * edge_f + alike * other_edge_f  # ⟨F G′ζ′⟩
-        with_pressure = m * edge_f, m * other_end_f, n * edge_f, uneven_f - mean * joint_f
-        with_contact = m * edge, m * other_end, n * edge, uneven - mean * joint
+        with_pressure = m * edge_f, m * rim_edge_f, n * edge_f, uneven_f - mean * joint_f
+        with_contact = m * edge, m * rim_edge, n * edge, uneven - mean * joint
         return np.stack(
             np.broadcast_arrays(
                 pressures - self.mean_square,
@@ -154,13 +155,12 @@ class Products:
                 joint - 2 * joint_f + pressures,
                 *(x - y for x, y in zip(with_contact, with_pressure, strict=True)),
                 k * joint + m**2 * steep,
-                k * (1 + p) * edge + m**2 * rising,
+                k * joint_rim + m**2 * rising,
                 s * joint + n * m * steep,
                 h * joint + m * (along - mean * edge),
-                k * (other_end + p * (joint + u * edge))
-                + m**2 * (joint + 2 * u * edge + u**2 * steep),
-                s * (1 + p) * edge + n * m * rising,
-                h * (1 + p) * edge + m * (along_level - mean * other_end),
+                k * rims + m**2 * rim_edges / not_0,
+                s * joint_rim + n * m * rising,
+                h * joint_rim + m * (along_rim - mean * rim_edge),
                 c * joint - n**2 * steep,
                 turned * joint + n * (along - mean * edge),
                 (potentials + mean**2) * joint
@@ -172,23 +172,39 @@ class Products:
         )
 
 
-def products(levels: ArrayLike, heights: ArrayLike) -> Products:
+def products(levels: ArrayLike, heights: ArrayLike, edge: float = inf) -> Products:
     """Return the means of products of F = Σ h 1(z > u), with the `levels` u of z and the `heights` h of its steps, Pa.
 
-    TypeError or ValueError if they are not real and finite.
+    `edge` is the level of G where it lies below all of F's. TypeError or ValueError if they are not real and finite.
     """
     u, h = real_array("levels", levels, "1"), real_array("heights", heights, "Pa")
-    lowest = u.min(keepdims=True)
-    height = h @ scipy.special.ndtr(-u) / scipy.special.ndtr(-lowest)
-    pressures, *_ = _means(u, h, u, h)
-    both = _means(u, h, lowest, height)
-    _, other_edge, *_ = _means(lowest, height, u, h)
-    joint, edge, _, edges = _means(lowest, height, lowest, height)
-    return Products(float(lowest[0]), np.stack([pressures, *both, other_edge, joint, edge, edges]))
+    lowest = np.minimum(u.min(keepdims=True), edge)
+    contact = lowest, h @ scipy.special.ndtr(-u) / scipy.special.ndtr(-lowest)
+    pressure, rim = (u, h), _rim(*contact)
+    pressures, *_ = _means(*pressure, *pressure)
+    joint_f, edge_f, _ = _means(*pressure, *contact)
+    _, other_edge_f, _ = _means(*contact, *pressure)
+    _, rim_edge_f, _ = _means(*pressure, *rim)
+    rims, _, rim_edges = _means(*rim, *rim)
+    of_contact = _means(*contact, *contact)
+    with_rim = _means(*contact, *rim)
+    table = pressures, joint_f, edge_f, other_edge_f, *of_contact, rim_edge_f, *with_rim
+    return Products(float(lowest[0]), np.stack([*table, rims, rim_edges]))
 
 
-def _means(u: Array, h: Array, w: Array, g: Array) -> tuple[Array, Array, Array, Array]:
-    """Return joint, edge, edge_level and edges over θ of A = Σ h 1(z > u) and B = Σ g 1(z > w)."""
+def _rim(edge: Array, height: Array) -> tuple[Array, Array]:
+    """Return levels and heights of the steps of H, where G is one step of the `height`, Pa, at the `edge`."""
+    origin = max(edge[0], -_FURTHEST) - _RIM
+    bounds = np.geomspace(_RIM, max(_FURTHEST - origin, 1.0), _STEPS + 1)
+    levels = np.append(edge, origin + np.sqrt(bounds[1:] * bounds[:-1]))
+    steps = np.append(1 / _RIM, np.diff(1 / bounds))
+    above = scipy.special.ndtr(-levels)
+    steps[0] -= steps @ above / above[0]
+    return levels, height * steps
+
+
+def _means(u: Array, h: Array, w: Array, g: Array) -> tuple[Array, Array, Array]:
+    """Return joint, edge and edges over θ of A = Σ h 1(z > u) and B = Σ g 1(z > w)."""
     angle = np.linspace(0.0, pi, _ANGLES + 1)
     inner = np.clip(angle, 1e-6, pi - 1e-6)[:, None, None]
     weight = h[:, None] * g
@@ -212,4 +228,4 @@ def _means(u: Array, h: Array, w: Array, g: Array) -> tuple[Array, Array, Array,
     rising = np.append(0.0, np.cumsum((edges[1:] + edges[:-1]) / 2) * (pi / _ANGLES))
     alone = float(h @ scipy.special.ndtr(-u)) * float(g @ scipy.special.ndtr(-w))
     joint = alone + rising[_ANGLES // 2] - rising
-    return joint, edge.sum(axis=(1, 2)), (edge * u[:, None]).sum(axis=(1, 2)), edges
+    return joint, edge.sum(axis=(1, 2)), edges
