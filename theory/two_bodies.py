@@ -5,15 +5,16 @@ The contact is a clipped Gaussian field, σ = F(z), `theory.clipped`. A part f o
     z(x, t) = √(1 − f) z₁(x) + √f z₂(x − vt)
 
 in the frame of the body 1 at rest. The heat μvσ is shared by place and time. Heat may cross from one body to the other
-wherever they touch, even where σ is low. Let σ̄ be σ₀A₀/A in the contact and 0 outside:
+wherever they touch, even where σ is low: on all the area A of the law. Let σ̄ be σ₀A₀/A there and 0 outside:
 
     into body 1: μv[ασ + β(σ̄ − σ) + σ̄(γψ + δEψ + εχ + ηζ)],    into body 2, the moving one: the rest.
 
 ψ = √f z₁ − √(1 − f) z₂ is independent of z at the same place: it is large where the summits are those of the resting
-body, which have been hot there for long. χ is the Riesz transform of z along the direction of sliding: it has opposite
-signs at the front of a spot, where one body is still cold, and at its rear, where the other is. ζ is the half-potential
-of z, less its mean over the contact: it is large where contact is dense. There the body to which the summits belong has
-become hottest, and the other one takes more of the heat.
+body, which have been hot there for long. E is 1/(z − u + .1), with z = u at the edge of the contact, less its mean over
+the contact: there the heat that crosses is singular. χ is the Riesz transform of z along the direction of sliding: it
+has opposite signs at the front of a spot, where one body is still cold, and at its rear, where the other is. ζ is the
+half-potential of z, less its mean over the contact: it is large where contact is dense. There the body to which the
+summits belong has become hottest, and the other one takes more of the heat.
 
 Galerkin's equations, that T₁ − T₂ vanishes in the mean over each W of (σ, σ̄ − σ, σ̄ψ, σ̄Eψ, σ̄χ, σ̄ζ), give the six
 numbers at each time. The means of T over σ₀ at the time t, when the heat μvW_j has entered since the start, are

@@ -1,12 +1,11 @@
 """Two rough bodies that slide over one another: exact cases, symmetries, and the definition by drawn heights."""
 
-import dataclasses
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.special import erf, ndtr, wofz
-from yielding_cases import HARDNESS, MODULUS, SelfAffine
+from yielding_cases import HARDNESS, MODULUS, Rough, SelfAffine
 
 from theory import background, clipped, flash, partition, persson, plasticity, two_bodies
 
@@ -201,8 +200,13 @@ def drawn_means(field, rng, speed, time, part, body):
         )
         before[n] = np.einsum("nij,nj->in", slope, known) + np.array(fresh)
 
-    edge = field.levels[0]  # of the contact
+    edge = field.products.level  # of the contact
     area = ndtr(-edge)
+    heights = np.linspace(edge, 9.0, 200_001)
+    weight = np.exp(-(heights**2) / 2)
+    even_rim = np.trapezoid(weight / (heights - edge + 0.1), heights) / np.trapezoid(
+        weight, heights
+    )
     mean = alike * np.exp(-(edge**2) / 2) / np.sqrt(2 * np.pi) / area  # of ζ over the contact
     even_pressure = SOLID["nominal_pressure"] / area
 
@@ -213,8 +217,9 @@ def drawn_means(field, rng, speed, time, part, body):
         chi = np.sqrt(1 - part) * one_chi + np.sqrt(part) * two_chi
         zeta = np.sqrt(1 - part) * one_zeta + np.sqrt(part) * two_zeta - mean
         pressure, even = field.pressure(z), even_pressure * (z > edge)
+        rim = 1 / (np.maximum(z - edge, 0.0) + 0.1) - even_rim
         return np.array(
-            [pressure, even - pressure, even * psi, even * z * psi, even * chi, even * zeta]
+            [pressure, even - pressure, even * psi, even * rim * psi, even * chi, even * zeta]
         )
 
     products = np.einsum(
@@ -276,23 +281,6 @@ def test_temperatures_are_those_of_drawn_heights_and_drawn_ways_of_the_heat(spee
     assert (error < 0.02 * drawn).all()
     got = np.array([slid.moving_share, slid.flash_temperature, slid.resting_flash_temperature])
     assert (np.abs(got - drawn) < 4 * error + 2e-3 * got).all()
-
-
-@dataclasses.dataclass(frozen=True)
-class Rough:
-    """C(q) up to a multiple of q_min = 2π/mm, with a plateau up to q_r."""
-
-    level: float
-    hurst: float
-    plateau: float  # q_r/q_min
-    end: float  # q_max/q_min
-
-    @property
-    def breaks(self):
-        return tuple(2e3 * np.pi * x for x in (1.0, self.plateau, self.end))
-
-    def __call__(self, q):
-        return self.level * np.maximum(q / self.breaks[1], 1.0) ** (-2 - 2 * self.hurst)
 
 
 DENSE = {  # spectrum; σ₀, σ_P, f; κ, D of the moving and the resting body; v, distance

@@ -46,3 +46,20 @@ class InUnits:
 
     def __call__(self, q):
         return self.spectrum(np.asarray(q) * self.length) * self.length**4
+
+
+@dataclasses.dataclass(frozen=True)
+class Rough:
+    """C(q) up to a multiple of q_min = 2π/mm, with a plateau up to q_r."""
+
+    level: float
+    hurst: float
+    plateau: float  # q_r/q_min
+    end: float  # q_max/q_min
+
+    @property
+    def breaks(self):
+        return tuple(2e3 * np.pi * x for x in (1.0, self.plateau, self.end))
+
+    def __call__(self, q):
+        return self.level * np.maximum(q / self.breaks[1], 1.0) ** (-2 - 2 * self.hurst)

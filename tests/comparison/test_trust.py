@@ -52,7 +52,7 @@ def test_each_observable_has_the_band_that_was_found_for_it(capped_run):
     bands = {
         "flash_temperature": 0.07,
         "pressure_variance": 0.09,
-        "contact_fraction": 0.13,
+        "contact_fraction": 0.06,
         "plastic_fraction": 0.5,
     }
     known = trust(capped_run.scene)
@@ -67,7 +67,7 @@ def test_each_observable_has_the_band_that_was_found_for_it(capped_run):
         "flash_width": 0.13,
         "slope_length": 0.07,
     }
-    bands |= {"pressure_variance": 0.05, "contact_fraction": 0.13}
+    bands |= {"pressure_variance": 0.05, "contact_fraction": 0.06}
     assert {
         j.observable: j.error / (100 + j.percent) for j in trust(scene()).judgements
     } == pytest.approx(bands)
