@@ -25,8 +25,8 @@ from numpy.typing import ArrayLike
 
 from theory.arguments import Array, SpectrumLike, not_negative_array, real_array
 from theory.flash import HeatSource, formula_of, heat_source
-from theory.lay import Weighted
 from theory.lay_picture import LayPicture
+from theory.lay_waves import Weighted
 from theory.persson import Weight
 from theory.picture import Picture, View
 from theory.skin import Skin

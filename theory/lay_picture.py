@@ -9,7 +9,7 @@ import numpy as np
 
 from theory.arguments import Array
 from theory.flash import HeatSource
-from theory.lay import Weighted
+from theory.lay_waves import Weighted
 from theory.picture import Picture, View, growing
 from theory.scattering import ANSWER
 
@@ -24,6 +24,7 @@ class LayPicture(Picture):
         self, source: HeatSource, speed: float, view: View, stress: Weighted, direction: float
     ) -> None:
         super().__init__(source, speed, view)
+        direction -= stress.angle
         self._lay_stress, root = stress, sqrt(stress.lay)
         ux, uy = (one if abs(one) > 1e-15 else 0.0 for one in (cos(direction), sin(direction)))
         # times cosφ and sinφ
@@ -36,8 +37,10 @@ class LayPicture(Picture):
         return along, across, np.hypot(along, across)
 
     def _share(self, q: Array, angle: Array, width: Array) -> Array:
-        own, share = self._lay_stress.own_share(q), np.zeros((q.size, angle.size))
-        for part, power in ((own, 2.0), (1 - own, ANSWER)):
+        stress = self._lay_stress
+        own, share = stress.own_share(q), np.zeros((q.size, angle.size))
+        lays = stress.directions.at(q[:, 0]) @ stress.directions.waves(angle).T  # M
+        for part, power in ((own * lays, 2.0), (1 - own, ANSWER)):
             mean = np.mean(self._response(q, _ALL) ** power, axis=1, keepdims=True)
             share += part * self._response(q, angle) ** power / mean
         return share * width / pi

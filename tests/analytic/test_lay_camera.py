@@ -10,6 +10,7 @@ from test_lay import DIFFUSIVITY, HEAT, KAPPA, MU, Band, Powered, plane
 from theory import camera
 from theory.camera import View
 from theory.scattering import ANSWER
+from theory.slope_frame import Directions
 
 VIEWS = {
     "sharp": View(),
@@ -24,6 +25,13 @@ class Mixed(Powered):
 
     def own_share(self, q):
         return np.full(np.shape(q), 1 / 3)
+
+
+class Directed(Mixed):
+    """The same with grooves of their own in each wave."""
+
+    directions = Directions((log(2e4), log(8e4)), ((0.3, 0.1), (-0.2, 0.4)))
+    angle = 0.4
 
 
 def erfc(z):
@@ -58,10 +66,18 @@ def summed(stress, direction, speed, view):
     ratio = np.sqrt((qx**2 + qy**2) / (stress.lay * qx**2 + qy**2 / stress.lay))
     angle = (np.arange(4000) + 0.5) * pi / 4000
     everywhere = np.sqrt(np.cos(angle) ** 2 / stress.lay + stress.lay * np.sin(angle) ** 2) ** 0.7
-    own = float(stress.own_share(np.ones(1))[0])
+    wave, angle = (
+        np.hypot(qx * stress.lay**0.5, qy / stress.lay**0.5),
+        np.arctan2(qy, qx * stress.lay),
+    )
+    part = np.log(wave / 2e4) / log(4)
+    lays = 1.0
+    if isinstance(stress, Directed):
+        lays += (0.3 - 0.5 * part) * np.cos(2 * angle) + (0.1 + 0.3 * part) * np.sin(2 * angle)
+    own = lays * float(stress.own_share(np.ones(1))[0])
     weight = sum(
         part * ratio ** (0.7 * power) / np.mean(everywhere**power)
-        for part, power in ((own, 2.0), (1 - own, ANSWER))
+        for part, power in ((own, 2.0), (2 / 3, ANSWER))
     )
     power, across = seen(qx, qy, direction, speed, view)
     power = 1e4 * area * weight * power * (MU * speed / KAPPA) ** 2
@@ -78,6 +94,14 @@ def test_picture_is_the_sum_of_its_waves(name, direction):
         assert camera.seen_rms(speed, **arguments) == pytest.approx(rms, rel=2e-4)
         half = camera.seen_width(speed, **arguments) / 2
         assert correlation(half) == pytest.approx(rms**2 / 2, rel=2e-3)
+
+
+def test_waves_with_lays_of_their_own_have_their_share():
+    stress, view = Directed(3.0), VIEWS["seen"]
+    for direction in (0.3, 1.5):
+        rms, _ = summed(stress, direction - 0.4, 35.0, view)
+        found = camera.seen_rms(35.0, stress=stress, direction=direction, view=view, **HEAT)
+        assert found == pytest.approx(rms, rel=2e-4)
 
 
 @pytest.mark.parametrize("direction", [0.0, 1.1])
