@@ -16,6 +16,7 @@ from roughsim.prediction.bodies import (
     heat_per_pressure,
     heat_source,
     smoothed_spectrum,
+    turned,
 )
 from roughsim.prediction.camera import (
     beyond_cell,
@@ -95,6 +96,7 @@ __all__ = [
     "slow",
     "smoothed_spectrum",
     "stress_spectrum",
+    "turned",
     "usual_exponent",
     "yield_wavenumber",
 ]

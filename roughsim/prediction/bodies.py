@@ -33,6 +33,7 @@ from theory.slope_frame import slope_frame
 if TYPE_CHECKING:  # slow to import
     from roughsim.observables.moments import HeatSource
 
+_FLASH = "flash_temperature"
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
 AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
 
@@ -113,12 +114,13 @@ def conduction(scene: Scene, speeds: ArrayLike | None = None) -> Conductions:
     """Return the constants κ and D of the bodies of a scene at each speed, the same for all columns.
 
     Where a κ is a table they are its values at the background temperature + T₀(t) + 0.75 s T_flash, with the share s of
-    the scene, and T_flash of the theory over the whole spectrum. T₀(t) is the warming of the moving body, as
-    `background`. Both bodies are taken at this temperature of their contact.
+    the scene, and T_flash of the theory over the whole spectrum; of faces with a lay by the calibrated law where it
+    holds, in each direction. T₀(t) is the warming of the moving body, as `background`. Both bodies are taken at this
+    temperature of their contact.
 
     The speeds, m/s, ≥ 0, are by default the speeds of the scene. SceneError if the contact gets hotter than a table.
     """
-    each = tuple(heating(scene, speed).bodies for speed in _speeds_of(scene, speeds))
+    each = tuple(one.bodies for one in _heatings(scene, speeds))
     numbers = [bodies[:4] for bodies in each]
     return Conductions(
         each, *np.array(list(zip(*numbers, strict=True)), dtype=np.float64)
@@ -131,9 +133,7 @@ def friction_coefficient(scene: Scene, speeds: ArrayLike | None = None) -> Array
     Where μ is a table it is its value at the background temperature + T₀(t) + s T_flash: friction acts where there is
     pressure, and T_flash is the mean temperature there. Speeds and errors: as `conduction`.
     """
-    return np.array(
-        [heating(scene, speed).friction_coefficient for speed in _speeds_of(scene, speeds)]
-    )
+    return np.array([one.friction_coefficient for one in _heatings(scene, speeds)])
 
 
 def heat_per_pressure(scene: Scene, speed: float) -> float:
@@ -141,21 +141,35 @@ def heat_per_pressure(scene: Scene, speed: float) -> float:
     return float(friction_coefficient(scene, (abs(speed),))[0]) * abs(speed)
 
 
-def _speeds_of(scene: Scene, speeds: ArrayLike | None) -> list[float]:
-    """Return speeds as a list, by default the speeds of the scene."""
-    result: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
-    return result
+def _heatings(scene: Scene, speeds: ArrayLike | None = None) -> list[Heating]:
+    """Return `heating` at each speed, by default the speeds of the scene; with a lay in the direction of each."""
+    values: list[float] = np.ravel(scene.speeds if speeds is None else speeds).tolist()
+    angles = [case.get("direction") for case in scene.cases]
+    if len(values) != len(angles):  # as `headings_at`
+        angles = angles[:1] * len(values)
+    pairs = zip(values, angles, strict=True)
+    return [
+        heating(scene if angle is None else turned(scene, angle), speed) for speed, angle in pairs
+    ]
+
+
+@lru_cache(maxsize=64)
+def turned(scene: Scene, direction: float) -> Scene:
+    """Return the scene towards a direction, radians from x, if that changes κ or μ of tables; else the scene."""
+    return scene.towards(direction) if scene.tables else scene
 
 
 def groups(scene: Scene, speeds: Array) -> Iterator[tuple[list[int], Heating]]:
     """Yield the indices of the speeds that share their constants, and these constants."""
     indices: dict[Heating, list[int]] = {}
-    for k, speed in enumerate(speeds.tolist()):
-        indices.setdefault(heating(scene, speed), []).append(k)
+    for k, constants in enumerate(_heatings(scene, speeds)):
+        indices.setdefault(constants, []).append(k)
     return ((several, constants) for constants, several in indices.items())
 
 
-@lru_cache(maxsize=1024)  # 6 ms for each number at a speed, with tables of μ or κ over temperature
+@lru_cache(
+    maxsize=1024
+)  # 6 ms for each number at a speed, with tables of μ or κ over temperature; .4 s with a lay
 def heating(scene: Scene, speed: float) -> Heating:
     """Return μ, and κ and D of both bodies, at a speed, m/s; from tables at the temperature that the contact reaches.
 
@@ -242,13 +256,28 @@ def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heati
 
 def _rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
     """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
-    stress, unit, spectrum = stress_arguments(scene), Heating(1.0, bodies), smoothed_spectrum(scene)
-    share = float(
-        share_of(scene, scene.sliding.heat_partition, np.array([speed]), spectrum, bodies)[0]
-    )
+    unit, spectrum = Heating(1.0, bodies), smoothed_spectrum(scene)
+    law = _law_of_lay(scene) if scene.directions else None
+    rule, speeds = scene.sliding.heat_partition, np.array([speed])
+    share = float(share_of(scene, rule, speeds, spectrum, bodies, law)[0])
     heat = heat_arguments(*unit) | layer_arguments(bodies)
-    flash = float(theory.flash.flash_temperature(speed, spectrum, **stress, **heat))
+    if scene.directions:
+        heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
+        at, stress = headings_at(scene, speeds), stress_of_lay(scene, spectrum, law)
+        (flash,) = in_directions((_FLASH,), speeds, at, stress, **heat)[_FLASH].tolist()
+    else:
+        load = stress_arguments(scene)
+        flash = float(theory.flash.flash_temperature(speed, spectrum, **load, **heat))
     return share * _warming(scene, speed, unit), share * flash
+
+
+@lru_cache(maxsize=64)  # .1 s for each temperature that is tried
+def _law_of_lay(scene: Scene) -> LayStress | None:
+    """Return the stress of faces with a lay by the calibrated law; None outside its range."""
+    try:
+        return theory.lay.stress_of_lay(scene.spectrum, scene.lay, **law_arguments(scene))
+    except ValueError:
+        return None
 
 
 def _warming(scene: Scene, speed: float, constants: Heating) -> float:
@@ -265,7 +294,8 @@ def background(scene: Scene) -> Array:
 
     It is the mean over the nominal contact after the `duration`, or steady under a round one; 0 without either.
     """
-    return np.array([_warming(scene, speed, heating(scene, speed)) for speed in scene.speeds])
+    pairs = zip(scene.speeds, _heatings(scene), strict=True)
+    return np.array([_warming(scene, speed, constants) for speed, constants in pairs])
 
 
 def thermal_bodies(bodies: Conduction) -> tuple[ThermalBody, ThermalBody | None]:
@@ -335,7 +365,10 @@ def heat_partition(
         spectrum = smoothed_spectrum(scene)
     result = np.empty(speed.shape)
     for indices, constants in groups(scene, speed):
-        result[indices] = share_of(scene, rule, speed[indices], spectrum, constants.bodies, stress)
+        at = headings_at(scene, speed)[indices] if scene.directions else None
+        result[indices] = share_of(
+            scene, rule, speed[indices], spectrum, constants.bodies, stress, at
+        )
     return result
 
 
@@ -346,17 +379,20 @@ def share_of(
     spectrum: Spectrum | None,
     bodies: Conduction,
     stress: Spectrum | LayStress | None = None,
+    headings: Array | None = None,
 ) -> Array:
     """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction.
 
-    Of C(q) m⁴, or of the spectrum of the stress, Pa² m², if that is given.
+    Of C(q) m⁴, or of the spectrum of the stress, Pa² m², if that is given. `headings` are the directions, radians from
+    the grooves; None: as `headings_at`.
     """
     if not isinstance(rule, str) or rule == "all":
         return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
     if bodies.counter_conductivity is None:
         return np.full(speed.shape, nan)
     if in_directions_of(scene, stress):
-        return _share_of_lay(scene, rule, speed, stress_of_lay(scene, spectrum, stress), bodies)
+        at = headings_at(scene, speed) if headings is None else headings
+        return _share_of_lay(scene, rule, speed, stress_of_lay(scene, spectrum, stress), bodies, at)
     contact: dict[str, Any] = {"spectrum": spectrum} | stress_arguments(scene)
     if stress is not None:
         contact = {"stress_spectrum": stress, "nominal_pressure": scene.sliding.nominal_pressure}
@@ -378,7 +414,7 @@ def share_of(
 
 
 def _share_of_lay(
-    scene: Scene, rule: str, speed: Array, stress: Weighted, bodies: Conduction
+    scene: Scene, rule: str, speed: Array, stress: Weighted, bodies: Conduction, at: Array
 ) -> Array:
     """Return the share by the rule "mean" or "total" of faces with a lay, from the temperatures of both bodies.
 
@@ -387,7 +423,8 @@ def _share_of_lay(
     """
     moving, slow = np.where(speed > 0.0, speed, AT_REST), np.full(speed.shape, AT_REST)
     other = Conduction(*bodies[2:4], layers=bodies.counter_layers)  # type: ignore[arg-type]
-    total, friction = rule == "total", scene.friction_coefficient()
+    # both temperatures are in proportion to μ, which a difference of the bodies needs, and then it is a number
+    total, friction = rule == "total", scene.friction_coefficient(scene.background_temperature)
     time = scene.sliding.duration if total else None
     grown = inf if time is None else AT_REST * time
     flux = friction * scene.sliding.nominal_pressure * moving
@@ -395,10 +432,8 @@ def _share_of_lay(
     for k, (body, slid, since) in enumerate(((bodies, moving, inf), (other, slow, grown))):
         heat = heat_arguments(friction, body) | layer_arguments(body)
         heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
-        at = headings_at(scene, slid)
-        flash = in_directions(
-            ("flash_temperature",), slid, at, stress, slid_distance=since, **heat
-        )["flash_temperature"] * (moving / slid)
+        found = in_directions((_FLASH,), slid, at, stress, slid_distance=since, **heat)
+        flash = found[_FLASH] * (moving / slid)
         if total:
             warmed = [warming_lengths(scene, one, bodies)[k] for one in speed.tolist()]
             flash = flash + flux / body.conductivity * np.array(warmed)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim.grid import Array
-from roughsim.prediction.bodies import contact_temperatures
+from roughsim.prediction.bodies import contact_temperatures, turned
 from roughsim.prediction.first_micrometre import effects
 from roughsim.prediction.theories import predictions
 from roughsim.scene import Scene
@@ -149,15 +149,17 @@ def equal_faces(scene: Scene) -> bool:
 
 def _of_tables(scene: Scene) -> Iterator[Remark]:
     """Yield the temperature of the contact for each speed with several solutions of the heat balance."""
-    for speed in scene.speeds if scene.tables else ():
-        found: list[str] = []
+    for case in scene.cases if scene.tables else ():
+        speed, found = case["speed"], list[str]()
         with suppress(*NO_VALUE):  # refused where it is needed
-            found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(scene, speed)]
+            there = turned(scene, case["direction"]) if "direction" in case else scene
+            found = [f"{kelvin:.4g}" for kelvin in contact_temperatures(there, speed)]
         if len(found) > 1:
             others = " and ".join(found[1:])
             because = f"{others} K solve the balance with these tables, too; a cold contact reaches the coldest first"
             value = f"{found[0]} K, the coldest of {len(found)}"
-            yield Remark("assumption", f"contact at {speed:g} m/s", because, value)
+            way = f" and {degrees(case['direction']):.4g}°" if "direction" in case else ""
+            yield Remark("assumption", f"contact at {speed:g} m/s{way}", because, value)
 
 
 def cautions(

@@ -19,7 +19,6 @@ from roughsim.prediction.bodies import (
     headings_at,
     heat_arguments,
     heat_partition,
-    heating,
     in_directions_of,
     layer_arguments,
     modulus_of,
@@ -135,13 +134,16 @@ def _in_directions(
     stress_spectrum: YieldingSpectrum | LayStress | None,
     names: tuple[str, ...],
 ) -> dict[str, Array]:
-    """Return `over_speed` of faces with a lay, whose bodies have one conduction."""
-    stress, constants = stress_of_lay(scene, spectrum, stress_spectrum), heating(scene, 0.0)
-    heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
-    load = scene.sliding.nominal_pressure
-    return in_directions(
-        names, speeds, headings_at(scene, speeds), stress, nominal_pressure=load, **heat
-    )
+    """Return `over_speed` of faces with a lay."""
+    stress, at = stress_of_lay(scene, spectrum, stress_spectrum), headings_at(scene, speeds)
+    result = {name: np.empty(speeds.shape) for name in names}
+    for indices, constants in groups(scene, speeds):
+        heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+        heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
+        found = in_directions(names, speeds[indices], at[indices], stress, **heat)
+        for name, values in found.items():
+            result[name][indices] = values
+    return result
 
 
 def correlation(scene: Scene, distance: Array) -> Array:

@@ -35,6 +35,8 @@ def temperature(scene: Scene, pressure: Field, grid: Grid, way: Way, share: floa
     # slow to import: means need no transforms
     from roughsim.heat.periodic import sliding_temperature
 
+    if scene.directions:
+        scene = prediction.turned(scene, way.direction + scene.grooves[1])
     moving = prediction.conduction(scene, (abs(way.speed),)).each[0]
     field: Field = sliding_temperature(
         heat_flux(scene, pressure, way.speed),
@@ -55,8 +57,8 @@ def seen(scene: Scene, pressure: Field, grid: Grid, way: Way, share: float) -> F
     from roughsim.observables.camera import pictures  # as above
 
     at_speed = replace(scene, sliding=replace(scene.sliding, speed=(abs(way.speed),)))
-    if scene.directions:  # one of them, as the picture has a direction of its own
-        at_speed = at_speed.towards(scene.directions[0])
+    if scene.directions:
+        at_speed = at_speed.towards(way.direction + scene.grooves[1])
     turned = way.direction if way.speed > 0.0 else way.direction + np.pi
     camera = prediction.camera_of(at_speed)._replace(
         direction=turned, slid_distance=way.slid_distance

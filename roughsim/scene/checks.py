@@ -278,10 +278,10 @@ def check_lay(
             f'{key} = {lay:g} does not go with sliding.history = "sliding", which follows isotropic faces; write '
             '"frozen"'
         )
-    if tables:
+    if tables and len({face.grooves for face in faces.values()}) > 1:
         raise ValueError(
-            f"{key} = {lay:g} does not go with a {tables[0]} that is a table over temperature: each direction would "
-            "have another value; give a number"
+            f"{key} = {lay:g} beside a face of another lay does not go with a {tables[0]} that is a table over "
+            "temperature: no law has its temperature in each direction; give a number, or both faces one lay"
         )
     if lengths is not None:
         raise ValueError(

@@ -159,10 +159,12 @@ REFUSED = {
         "sliding": 'history = "sliding"\nslid_distance = 1e-3',
         "text": FREE.replace("heat_partition = 0.9\n", ""),
     },
-    "surface.lay = 3 does not go with a conductivity that is a table": {
-        "text": FREE.replace(
+    "counterface.lay = 2 beside a face of another lay does not go with a conductivity": {
+        "keys": "",
+        "text": FREE.replace(LIKE, f"lay = 2\n{OTHER}\n{HEAT}").replace(
             "conductivity = 30",
             "conductivity = { temperature = [300, 900], value = [50, 30] }",
+            1,
         ),
         "sliding": "background_temperature = 300",
     },
