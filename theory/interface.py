@@ -60,7 +60,13 @@ class Diffusion:
 
 
 def diffuse(
-    spectrum: SpectrumLike, modulus: float, pressure: float, hardness: float, *, step: float = STEP
+    spectrum: SpectrumLike,
+    modulus: float,
+    pressure: float,
+    hardness: float,
+    *,
+    step: float = STEP,
+    spacing: float = _SPACING,
 ) -> Diffusion:
     """Solve both equations for checked numbers: C(q) in m⁴, E*, σ₀ and σ_P in Pa; σ_P = ∞ is elastic contact."""
     wavenumber, variance, spread = _shells(spectrum, modulus, step)
@@ -70,8 +76,8 @@ def diffuse(
         )  # contact is full: more load changes no stress but the mean
     highest = min(hardness, pressure + UNREACHED * spread)
     start = float(ndtri(pressure / highest))
-    below, above = ceil((start + _FURTHEST) / _SPACING), ceil((_FURTHEST - start) / _SPACING)
-    z: Array = start + _SPACING * np.arange(-below, above + 1, dtype=np.float64)
+    below, above = ceil((start + _FURTHEST) / spacing), ceil((_FURTHEST - start) / spacing)
+    z: Array = start + spacing * np.arange(-below, above + 1, dtype=np.float64)
     ramp = 2 * highest / (modulus * wavenumber)  # 2σ_P/(E*q), m
     bell = np.exp(-(z**2) / 2) / sqrt(2 * pi)
     compliance = np.sqrt(variance)[:, None] * interface_law(z, variance, ramp)  # times σ_P φ

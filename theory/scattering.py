@@ -42,6 +42,18 @@ class ScatteringTable(NamedTuple):
     weight: Array
 
 
+class Shares(NamedTuple):
+    """Variance of the pressure by the shells of waves between wavenumbers, n shells."""
+
+    place: Array  # ln q of each shell, rising, (n,)
+    grown: Array  # by which each raises the variance of the pressure, Pa², (n,)
+    kept: Array  # of it at its own wavenumber, Pa², (n,)
+    beside: Array  # at each ln Q of `grid`, over `grown`, (n, m)
+    grid: Array  # uniform, (m,)
+    full: Array  # what each raises it by in full contact, Pa², (n,)
+    compliance: Array  # ⟨c⟩ of the interface there, m/Pa, (n,)
+
+
 class Scattering(NamedTuple):
     """Pressure of the waves by wavenumber."""
 
@@ -52,15 +64,27 @@ class Scattering(NamedTuple):
 
 def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     """Return the pressure of the waves at their own wavenumber and beside it; E* in Pa."""
+    x, grown, kept, sides, grid, full, compliance = shares_of(diffusion, modulus)
+    logs = np.log(diffusion.wavenumber)
+    ends = np.concatenate([logs[:1], x, logs[-1:]])
+    values = np.log(kept / full)
+    below = 1.5 * values[0] - 0.5 * values[1]
+    values = np.concatenate([[below], values, values[-1:]])
+    weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
+    weight = np.concatenate([weight[:1], weight, weight[-1:]])
+    coherent = ScatteringTable(ends, values, weight)
+    return Scattering(coherent, _density(grid, grown @ sides), (x, compliance))
+
+
+def shares_of(diffusion: Diffusion, modulus: float) -> Shares:
+    """Return where each shell puts the pressure that it adds; E* in Pa."""
     logs = np.log(diffusion.wavenumber)
     x = (logs[1:] + logs[:-1]) / 2  # a shell of waves between any two wavenumbers
     q = np.exp(x)
     mean_pressure = diffusion.pressure @ diffusion.probability[0]
     total = diffusion.probability @ (diffusion.pressure - mean_pressure) ** 2
-    grown = np.diff(total)  # by which each shell raises the variance of the pressure
-    full = between_shells(
-        (modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance
-    )  # the same in full contact
+    grown = np.diff(total)
+    full = between_shells((modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance)
     mean = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
     square = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
     uneven = np.diff(
@@ -77,16 +101,7 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     response = (compliance_own / compliance_beside) ** ANSWER
     change = 2 * np.sum(sides * (response - 1), axis=1) / own
     factor = np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
-    kept = own * grown * factor
-    ends = np.concatenate([logs[:1], x, logs[-1:]])
-    values = np.log(kept / full)
-    below = 1.5 * values[0] - 0.5 * values[1]
-    values = np.concatenate([[below], values, values[-1:]])
-    weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
-    weight = np.concatenate([weight[:1], weight, weight[-1:]])
-    sidebands = grown @ (sides * response**2)
-    coherent = ScatteringTable(ends, values, weight)
-    return Scattering(coherent, _density(grid, sidebands), (x, compliance))
+    return Shares(x, grown, own * grown * factor, sides * response**2, grid, full, compliance)
 
 
 def middle(values: Array) -> Array:
@@ -154,7 +169,7 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     carried_there = carried.copy()
     square_there = np.einsum("ij,ji->i", there, carried**2)
     for m, i in enumerate(place):  # from x down to the shell's lower end
-        carried[:, m] = _carried_back(
+        carried[:, m] = carried_back(
             carried[:, m], share[m] * diffusion.growth[i], diffusion.rates
         )
     grown = np.empty((x.size, logs.size))
@@ -162,7 +177,7 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
         since = int(np.searchsorted(place, i))  # the columns from here on have been reached
         grown[:, i] = diffusion.probability[i] @ carried**2
         if i and since < x.size:
-            carried[:, since:] = _carried_back(
+            carried[:, since:] = carried_back(
                 carried[:, since:], diffusion.growth[i - 1], diffusion.rates
             )
     result = np.array([np.interp(edges, logs, row) for row in grown])
@@ -172,7 +187,7 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
 
 
-def _carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> Array:
+def carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> Array:
     """Return the mean of `values`, (pressures, ...), given the pressure before it has spread by `growth`, Pa²."""
     up, down = rates
     below = -(growth * down)[1:]
