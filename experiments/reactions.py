@@ -5,9 +5,10 @@
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
 was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
 yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
-form. "band" was solved to set `contacts.form_uncertainty`, "judge" to test it and for nothing else.
+form. "band" was solved to set `contacts.form_uncertainty`, "judge" to test it and for nothing else. "walk" was drawn
+after the form of `theory.at_rest` was committed, to test it.
 
-`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, with four longest waves a
+`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, three of "walk", with four longest waves a
 side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
 are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at T_flash itself.
 `--slide` slides two equally rough steels (two minutes), as `--evidence` does.
@@ -50,7 +51,6 @@ LIST = Path(__file__).parent / "reference" / "reactions_points.json"
 SOLVED = LIST.with_name("reactions_solved.json")
 MODULUS, CELL, PERIODS = 110e9, 4e-3, 4
 KINDS = {"L": "light load", "P": "yielded in part", "N": "nearly elastic", "E": "elastic"}
-MEMBERS = 6
 DIFFUSIVITY = 7.6e-6  # m²/s
 SHARES = (0.05, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999)
 ENERGIES = (0.6, 1.0, 1.5)  # eV
@@ -70,6 +70,7 @@ class Part:
     hurst: tuple[float, float]
     share: dict[str, tuple[float, float]]  # σ₀/σ_P, but for kind E
     elastic: dict[str, tuple[float, float]]  # share of the contact that has not yielded
+    members: int = 6
 
 
 _LOAD = (0.02, 0.3)  # σ₀/(E* h′) of kind E
@@ -97,7 +98,19 @@ JUDGE = replace(
     seed=20261130,
     numbers={"L": range(11, 13), "P": range(11, 15), "N": range(11, 14), "E": range(11, 15)},
 )
-PARTS = {"first": FIRST, "band": BAND, "judge": JUDGE}
+WALK = replace(
+    BAND,
+    seed=20261201,
+    numbers={"L": range(21, 25), "P": range(21, 29), "N": range(21, 28), "E": range(21, 28)},
+    points=256,
+    # v/(D q_min) = .1, 3 and 1000
+    speeds={
+        name: number * DIFFUSIVITY * 2 * pi * PERIODS / CELL
+        for name, number in (("still", 0.1), ("slowly", 3.0), ("rushing", 1000.0))
+    },
+    members=3,
+)
+PARTS = {"first": FIRST, "band": BAND, "judge": JUDGE, "walk": WALK}
 
 
 @dataclass(frozen=True)
@@ -146,9 +159,9 @@ class Drawn:
         doubt = form_uncertainty(np.array(self.source.rates) * length)
         return Found(drawn.flash[-1], law.contact_fraction, column_of(drawn, spectrum, doubt))
 
-    def solve(self, points: int | None = None, members: int = MEMBERS) -> Found:
+    def solve(self, points: int | None = None, members: int | None = None) -> Found:
         """Return solved contacts of drawn surfaces."""
-        points = points or self.part.points
+        points, members = points or self.part.points, members or self.part.members
         grid = rs.Grid((points, points), (CELL, CELL))
         solid = rs.Solid(MODULUS, inf if self.hardness is None else self.hardness)
         spawned = ord(self.name[0]), int(self.name[1:])
@@ -425,7 +438,7 @@ def main() -> None:
         rows = ",\n".join(json.dumps(asdict(contact)) for contact in drawn())
         LIST.write_text(f"[\n{rows}\n]\n", "utf-8")
     kept = Rows(options.output / "solved.json" if options.toy else SOLVED, resume=not options.toy)
-    size = (128, 2) if options.toy else (None, MEMBERS)
+    size = (128, 2) if options.toy else (None, None)
     contacts = [contact for contact in points() if not options.toy or contact.name in ("P1", "L1")]
     if options.toy or options.solve:
         for contact in contacts:
