@@ -8,9 +8,9 @@ yielded in part (P), nearly elastic (N), and without a hardness (E). The part "f
 form. "band" was solved to set `contacts.form_uncertainty`, "judge" to test it and for nothing else. "walk" was drawn
 after the form of `theory.at_rest` was committed, to test it.
 
-`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, three of "walk", with four longest waves a
-side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over T_flash. Rates
-are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at T_flash itself.
+`--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, eight of "walk", with four
+longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over
+T_flash. Rates are those of a contact at 700 K with T_flash = 220 K, over the rate of the whole nominal area at T_flash.
 `--slide` slides two equally rough steels (two minutes), as `--evidence` does.
 """
 
@@ -108,7 +108,7 @@ WALK = replace(
         name: number * DIFFUSIVITY * 2 * pi * PERIODS / CELL
         for name, number in (("still", 0.1), ("slowly", 3.0), ("rushing", 1000.0))
     },
-    members=3,
+    members=8,
 )
 PARTS = {"first": FIRST, "band": BAND, "judge": JUDGE, "walk": WALK}
 

@@ -26,6 +26,7 @@ from importlib import import_module
 from typing import Any
 
 __all__ = [
+    "at_rest",
     "background",
     "camera",
     "classical",

@@ -12,26 +12,33 @@ differ less than 1/Q: their noise is laid at the shell of Q, with the mean of (d
 
     g ← e^{−w²n/4} (1 − L + L²/2)⁻¹ e^{−w²n/4} g,    L the diffusion of the pressure, n(σ) the variance of the noise.
 
-A cell of side L_c holds no waves with Q < 2√π/L_c, whose share of its wavenumbers the mean has.
+A cell of side L_c holds no waves with Q < 2√π/L_c: the mean has that part of the plane of wavenumbers.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import exp, pi, sqrt
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from theory.arguments import Array
-from theory.interface import Diffusion, diffuse
-from theory.scattering import BIN, Shares, carried_back, shares_of
-from theory.yielding import YieldingSpectrum
+from theory.full_contact import half_variance
+from theory.interface import STEP, UNREACHED, Diffusion, diffuse
+from theory.scattering import Shares, carried_back, shares_of
+from theory.yielding import YieldingSpectrum, octaves_missing
 
-_STEP, _SPACING = 0.02, 0.05  # of ln v and ln q, and of z of `theory.interface`
-_WAVES = 257  # w, from 0 on
-_BELOW, _ABOVE = 6.0, 7.0  # T of the period of the transform, in standard deviations, and of T_flash
+# of z of `theory.interface`, and at σ₀ at most that many standard deviations of the pressure, for full contact: with
+# wider steps the tails are too long
+_SPACING, _WIDEST = 0.05, 0.14
+_WAVES = 128  # w, from 0 on: |f| ends below 1e-5
+_POINTS = 1024  # T
+_BELOW, _ABOVE = (
+    6.0,
+    7.0,
+)  # T of the period of the transform, in standard deviations, and of T_flash
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,94 +58,118 @@ class AtRest:
     pressure: Array
     start: float
     period: float
-    characteristic: Array
+    characteristic: NDArray[np.complex128]
 
     def joint(self) -> tuple[Array, Array]:
         """Return temperatures T, (k,), and the probability of each pressure and T, (m, k)."""
-        count = 2 * (self.characteristic.shape[1] - 1)
-        found = scipy.fft.irfft(np.conj(self.characteristic), n=count, axis=1)
-        return self.start + self.period / count * np.arange(count), found
+        found = scipy.fft.irfft(np.conj(self.characteristic), n=_POINTS, axis=1)
+        return self.start + self.period * np.linspace(0.0, 1.0, _POINTS, endpoint=False), found
 
-    def over_flash(self, share: ArrayLike) -> Array:
+    def over_flash(self, share: Array) -> Array:
         """Return T/T_flash below which each `share`, 0 to 1, of the heat is set free."""
         temperature, density = self.joint()
-        heat = np.maximum(self.pressure @ density, 0.0)
-        heat /= heat.sum()
-        below = np.cumsum(heat)
-        flash = temperature @ heat
-        step = temperature[1] - temperature[0]
-        return np.interp(share, below, temperature + step / 2) / flash
+        heat = self.pressure @ density
+        below = np.maximum.accumulate(np.cumsum(heat / heat.sum()))
+        middle = temperature + (temperature[1] - temperature[0]) / 2
+        flash = float(heat @ temperature / heat.sum())
+        return np.asarray(np.interp(share, below, middle / flash))
+
+
+def holds(law: YieldingSpectrum) -> bool:
+    """Whether the walk was compared with contacts: those of a C(q) without gaps."""
+    return octaves_missing(law.spectrum) == 0.0
 
 
 def at_rest(
-    law: YieldingSpectrum, length: float, *, step: float = _STEP, spacing: float = _SPACING
+    law: YieldingSpectrum, length: float, *, step: float = STEP, spacing: float | None = None
 ) -> AtRest:
-    """Walk over the magnifications of a contact in a cell of side `length`, m."""
-    mean, hardness = law.nominal_pressure, law.penetration_hardness
+    """Return pressure and temperature of a contact at rest, in a cell of side `length`, m, > 0.
+
+    `step` and `spacing` are those of `theory.interface`.
+    """
+    mean, modulus = law.nominal_pressure, law.effective_modulus
+    spacing = spacing or _spacing(law)
     diffusion = diffuse(
-        law.spectrum, law.effective_modulus, mean, hardness, step=step, spacing=spacing
+        law.spectrum, modulus, mean, law.penetration_hardness, step=step, spacing=spacing
     )
-    shares = shares_of(diffusion, law.effective_modulus)
-    slope, own, sides = _split(shares, 2 * sqrt(pi) / length)
-    noise = _noise(diffusion, shares, own, sides)
-    q = np.exp(shares.place)
-    present = np.exp(shares.grid) >= 2 * sqrt(pi) / length
-    each = shares.beside * present / np.exp(shares.grid)
-    flash = float((shares.kept / q + shares.grown * each.sum(axis=1)).sum()) / mean
-    each /= np.exp(shares.grid)
-    deviation = sqrt(float((shares.kept / q**2 + shares.grown * each.sum(axis=1)).sum()))
+    shares = shares_of(diffusion, modulus)
+    least = 2 * sqrt(pi) / length
+    q, beside = np.exp(shares.place), np.exp(shares.grid)
+    shares = shares._replace(beside=shares.beside * (beside >= least))
+    flash, square = (
+        float((shares.kept / q**n + shares.grown * (shares.beside @ beside**-n)).sum())
+        for n in (1.0, 2.0)
+    )
+    deviation = sqrt(square)
     start = -_BELOW * deviation
-    period = _ABOVE * (flash + deviation) - start
-    w = 2 * pi / period * np.arange(_WAVES)
-    found = _walk(diffusion, slope, noise, w)
+    period = _ABOVE * (flash / mean + deviation) - start
+    w: Array = 2 * pi / period * np.arange(_WAVES, dtype=np.float64)
+    found = _walk(diffusion, *_steps(diffusion, shares), w)
     pressure = diffusion.pressure + (mean - diffusion.pressure @ diffusion.probability[0])
     return AtRest(pressure, start, period, found * np.exp(-1j * w * start))
 
 
-def _split(shares: Shares, least: float) -> tuple[Array, Array, Array]:
-    """Return β of each shell, m, and its noise over its growth at its own q, (n,), and beside it, (n, Q), m²."""
+def _spacing(law: YieldingSpectrum) -> float:
+    """Return the spacing of z for a contact."""
+    end, mean = law.spectrum.breaks[-1], law.nominal_pressure
+    half = half_variance(end, law.spectrum, effective_modulus=law.effective_modulus)
+    spread = sqrt(2 * float(half))
+    mean = min(mean, UNREACHED * spread)
+    highest = min(law.penetration_hardness, mean + UNREACHED * spread)
+    deviation = min(spread, sqrt(mean * (highest - mean)))
+    z = float(scipy.special.ndtri(mean / highest))
+    slope = highest * exp(-(z**2) / 2) / sqrt(2 * pi)  # dσ/dz
+    return min(_SPACING, _WIDEST * deviation / slope)
+
+
+def _steps(diffusion: Diffusion, shares: Shares) -> tuple[Array, Array]:
+    """Return β of each shell, m, (n,), and the variance of the noise laid there at each pressure, m² Pa², (n + 1, m).
+
+    The first row of the noise lies before all shells.
+    """
     q, beside = np.exp(shares.place), np.exp(shares.grid)
     kept = shares.kept / shares.grown
-    sides = shares.beside * (beside >= least)
-    slope = kept / q + sides @ (1 / beside)
+    slope = kept / q + shares.beside @ (1 / beside)
     own = kept * (1 / q - slope) ** 2
-    return slope, own, sides * (1 / beside - slope[:, None]) ** 2
+    sides = shares.beside * (1 / beside - slope[:, None]) ** 2
+    return slope, _laid(diffusion, shares, own, sides)
 
 
-def _noise(diffusion: Diffusion, shares: Shares, own: Array, sides: Array) -> Array:
-    """Return the variance of the noise laid at each shell and pressure, m² Pa², (n + 1, m); the first before all."""
-    logs = np.log(diffusion.wavenumber)
-    coarse = shares.grid[None, :] < shares.place[:, None]
+def _laid(diffusion: Diffusion, shares: Shares, own: Array, sides: Array) -> Array:
+    """Lay the noise of each shell over its growth: its `own` at q, (n,), and from `sides` at each Q, (n, Q), m²."""
+    coarse = shares.grid < shares.place[:, None]
     local = own + np.where(coarse, 0.0, sides).sum(axis=1)
     result = np.zeros((local.size + 1, diffusion.pressure.size))
     result[1:] = local[:, None] * diffusion.growth
-    laid = np.searchsorted(logs, shares.grid, side="right") - 1  # shell of each Q, −1 before all
     sides = np.where(coarse, sides, 0.0)
-    strength = np.zeros((diffusion.pressure.size, shares.grid.size))
+    edges = np.log(diffusion.wavenumber)
+    shell = np.searchsorted(edges, shares.grid, side="right") - 1  # of each Q, −1 before all
+    strength = np.zeros((diffusion.pressure.size, shell.size))
     for i in range(local.size - 1, -1, -1):
-        at = (laid == i)
         strength = carried_back(strength, diffusion.growth[i], diffusion.rates)
-        result[i + 1] += strength[:, at].sum(axis=1)
-        strength[:, at] = 0.0
-        strength += diffusion.growth[i][:, None] * sides[i] * ~at
-        result[i + 1] += (diffusion.growth[i][:, None] * sides[i] * at).sum(axis=1)
+        strength += diffusion.growth[i][:, None] * sides[i]
+        here = shell == i
+        result[i + 1] += strength[:, here].sum(axis=1)
+        strength[:, here] = 0.0
     result[0] = strength.sum(axis=1)
     return result
 
 
-def _walk(diffusion: Diffusion, slope: Array, noise: Array, w: Array) -> Array:
+def _walk(diffusion: Diffusion, slope: Array, noise: Array, w: Array) -> NDArray[np.complex128]:
     """Return ⟨e^{iwT}; σ⟩ at the end of the walk, shape (m, w)."""
     pressure = diffusion.pressure - diffusion.pressure @ diffusion.probability[0]
     up, down = diffusion.rates
-    g = diffusion.probability[0][:, None] * np.exp(-noise[0][:, None] * w**2 / 2)
+    w = w[:, None]
+    g = diffusion.probability[0] * np.exp(-noise[0] * w**2 / 2) + 0j  # (w, m)
     before, spread = 0.0, np.zeros(pressure.size)
     for growth, beta, added in zip(diffusion.growth, slope, noise[1:], strict=True):
-        turn = 1j * (before - beta) * pressure[:, None] * w
-        g = g * np.exp(turn - (spread + added)[:, None] * w**2 / 4)
+        g *= np.exp(1j * (before - beta) * pressure * w - (spread + added) * w**2 / 4)
         before, spread = beta, added
         below, above = (growth * up)[:-1] + 0j, (growth * down)[1:] + 0j
         diagonal = -growth * (up + down) - (1 + 1j)
-        parts = np.concatenate([g.real, g.imag], axis=1)
-        solved = 2 * scipy.linalg.lapack.zgtsv(below, diagonal, above, parts + 0j)[3].imag
-        g = solved[:, : w.size] + 1j * solved[:, w.size :]
-    return g * np.exp(1j * before * pressure[:, None] * w - spread[:, None] * w**2 / 4)
+        first, second = (
+            scipy.linalg.lapack.zgtsv(below, one, above, g.T)[3]
+            for one in (diagonal, diagonal.conj())
+        )
+        g = np.asarray(-1j * (first - second)).T
+    return np.asarray((g * np.exp(1j * before * pressure * w - spread * w**2 / 4)).T)

@@ -169,9 +169,7 @@ def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
     carried_there = carried.copy()
     square_there = np.einsum("ij,ji->i", there, carried**2)
     for m, i in enumerate(place):  # from x down to the shell's lower end
-        carried[:, m] = carried_back(
-            carried[:, m], share[m] * diffusion.growth[i], diffusion.rates
-        )
+        carried[:, m] = carried_back(carried[:, m], share[m] * diffusion.growth[i], diffusion.rates)
     grown = np.empty((x.size, logs.size))
     for i in range(logs.size - 1, -1, -1):
         since = int(np.searchsorted(place, i))  # the columns from here on have been reached

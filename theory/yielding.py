@@ -278,6 +278,12 @@ def _waves(spectrum: SpectrumLike) -> tuple[Array, Array]:
     return q[: last + 1], level[: last + 1]
 
 
+def octaves_missing(spectrum: SpectrumLike) -> float:
+    """Return the octaves of gaps in C(q): of waves whose part of G is below `FAINT` of the part on both sides."""
+    q, level = _waves(spectrum)
+    return octaves_of_gaps(q, q**4 * level, FAINT)
+
+
 def _inside(name: str, value: float, compared: tuple[float, float]) -> None:
     """Raise ValueError for a number of a contact outside the range that was compared."""
     least, most = compared

@@ -18,9 +18,13 @@ from roughsim.observables.record import Sample
 # of `form_uncertainty`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13
 # others (experiments/reactions.py)
 _AT_ONE, _PER_E_FOLD, _UNCERTAINTIES = 0.17, 0.02, (0.06, 0.24)
-_SHIFT = (
-    1.4  # of all temperatures, over T_flash and the uncertainty: contact that the law lacks is cold
-)
+# how much warmer all is, over the uncertainty, of quantiles by heat, by area, and in bins: contact that the law lacks
+# is cold. It has no heat, which shows once the form is better known
+_SHIFTS = (1.4, 1.4, 1.4)
+WALKED = (
+    0.12,
+    (0.0, 1.4, 0.7),
+)  # uncertainty of fields corrected at rest, at any speed, and their shifts
 SETTLED: Array = np.ones((3, 1))  # a law by which nothing follows the highest cut-off
 
 
@@ -43,6 +47,7 @@ class Contacts(NamedTuple):
         None  # of slides: growth of temperatures about T_flash up to the end of C(q)
     )
     form: Array | float | None = None  # relative uncertainty of drawn contacts by their form
+    shifts: tuple[float, float, float] = _SHIFTS
     sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
     @property
@@ -58,9 +63,10 @@ class Contacts(NamedTuple):
         """
         top, uncertainty = self.samples[-1], np.asarray(self.form)
         if self.stretch is None or top.below is None:
-            displaced = [*_displaced(top, uncertainty)]
+            displaced = [*_displaced(top, uncertainty, self.shifts)]
         else:
-            displaced = [stretched(one, self.stretch) for one in _displaced(top.below, uncertainty)]
+            below = _displaced(top.below, uncertainty, self.shifts)
+            displaced = [stretched(one, self.stretch) for one in below]
         plain = value(top)
         return np.asarray(np.sqrt(sum(np.square(value(other) - plain) for other in displaced)))
 
@@ -86,11 +92,13 @@ def factor_of(sample: Sample, flash: Mean) -> Array:
     return factor
 
 
-def _displaced(sample: Sample, uncertainty: Array) -> Iterator[Sample]:
+def _displaced(
+    sample: Sample, uncertainty: Array, shifts: tuple[float, float, float] = _SHIFTS
+) -> Iterator[Sample]:
     """Yield samples as far from a given one as its form is uncertain, 95 %, with the same T_flash.
 
     At the distance x from T_flash, over T_flash, the hotter, or the colder points, are nearer to it by
-    `uncertainty`·x^(3/2); or all are hotter by 1.4 `uncertainty`.
+    `uncertainty`·x^(3/2); or all are hotter by `shifts` times the `uncertainty`.
     """
     flash, bins = sample.numbers[FLASH].mean(axis=0), bins_of(sample)
     hot = {name: values for name, values in sample.numbers.items() if "quantile" in name}
@@ -109,11 +117,12 @@ def _displaced(sample: Sample, uncertainty: Array) -> Iterator[Sample]:
             numbers=sample.numbers | numbers,
             bins=bins._replace(temperature=unit[:, None] * evened),
         )
-    warmer = 1.0 + _SHIFT * apart
+    by_heat, by_area, in_bins = (1.0 + shift * apart for shift in shifts)
+    warm = {name: values * (by_area if "area" in name else by_heat) for name, values in hot.items()}
     yield replace(
         sample,
-        numbers=sample.numbers | {name: warmer * values for name, values in hot.items()},
-        bins=bins._replace(temperature=warmer[:, None] * bins.temperature),
+        numbers=sample.numbers | warm,
+        bins=bins._replace(temperature=in_bins[:, None] * bins.temperature),
     )
 
 

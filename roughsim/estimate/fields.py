@@ -1,7 +1,8 @@
 """Estimates of the column calibrated: quantiles and reactions of contacts that the law draws, with all their errors.
 
 The contacts are members without a solver (`roughsim.prediction.fields`), and are averaged as members are. Two parts
-of the error are their own: "form", as solved contacts are evener than the fields, the slower the more, and "law".
+of the error are their own: "form", as solved contacts are evener than the fields, the slower the more if these are not
+corrected at rest, and "law".
 """
 
 from dataclasses import replace
@@ -11,7 +12,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.asked import asked_of
-from roughsim.estimate.contacts import SETTLED, Contacts, form_uncertainty
+from roughsim.estimate.contacts import SETTLED, WALKED, Contacts, form_uncertainty
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.mean import Mean, exact, mean_of
@@ -104,16 +105,20 @@ def _over_flash(sample: Sample, name: str) -> Array:
     return ratio(sample.numbers[name], sample.numbers[FLASH])
 
 
-def _frozen(scene: Scene) -> Contacts | None:
+def _frozen(scene: Scene, *, walk: bool = True) -> Contacts | None:
     """Return the drawn contacts of a scene that slide frozen; None where it has none."""
-    fields = prediction.frozen_fields(scene)
+    fields = prediction.frozen_fields(scene, walk=walk)
     if fields is None:
         return None
     speeds = np.array(scene.speeds)
     flash = prediction.calibrated_over_speed(scene, speeds)[FLASH]
     band = prediction.calibrated(scene).errors[FLASH]
     end = float(scene.spectrum.breaks[-1])
-    return drawn_frozen(fields, end, by_law(flash, band), _uncertainty(scene), scene.speeds)
+    of_law = by_law(flash, band)
+    if not fields.walked:
+        return drawn_frozen(fields, end, of_law, _uncertainty(scene), scene.speeds)
+    uncertainty, shifts = WALKED
+    return drawn_frozen(fields, end, of_law, uncertainty, scene.speeds)._replace(shifts=shifts)
 
 
 def _uncertainty(scene: Scene) -> Array:
@@ -125,7 +130,7 @@ def _uncertainty(scene: Scene) -> Array:
 
 def _slid(scene: Scene) -> Contacts | None:
     """Return the drawn slides of a scene; None where it has none."""
-    sample, frozen = prediction.slid_fields(scene), _frozen(scene)
+    sample, frozen = prediction.slid_fields(scene), _frozen(scene, walk=False)
     slid = prediction.sliding_prediction(scene)
     if sample is None or frozen is None or slid is None:
         return None

@@ -2,7 +2,8 @@
 
 Clipped Gaussian fields (`theory.clipped`) have the distribution and the power of the pressure of the law. They give
 T/T_flash; T_flash itself is that of the law. Fields for frozen contact come on two grids, with the same long waves, so
-that temperatures are continued to all of C(q) as along the levels of a run.
+that temperatures are continued to all of C(q) as along the levels of a run. `theory.at_rest` has those at rest over all
+of C(q), and corrects the fields at any speed by what it changes of theirs at rest, but where C(q) has gaps.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike
 import theory
 from roughsim.contact import Contact
 from roughsim.errors import ConvergenceError
-from roughsim.grid import Array, Grid
+from roughsim.grid import Array, Field, Grid
 from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
 from roughsim.observables.record import Sample
@@ -34,6 +35,7 @@ from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 if TYPE_CHECKING:  # slow to import, as the stages below
     from roughsim.observables.moments import HeatSource
     from roughsim.sliding.stepping import Motion
+    from theory.at_rest import AtRest
 
 # longest waves and points along a side of frozen contact, pixels along its shortest wave, and number of fields
 _WAVES, _POINTS, _PIXELS, _FIELDS = 4, 512, 4, 8
@@ -50,11 +52,12 @@ class FrozenFields(NamedTuple):
 
     samples: tuple[Sample, ...]  # lowest cut-off first
     flash: Array  # K, up to each cut-off and over all of C(q), (samples + 1, speeds)
+    walked: bool = False  # whether corrected at rest
 
 
-@lru_cache(maxsize=16)  # .7 s at three speeds, in each table of a comparison
-def frozen_fields(scene: Scene) -> FrozenFields | None:
-    """Return drawn contacts of a scene that slide frozen.
+@lru_cache(maxsize=16)  # 1 s at three speeds, in each table of a comparison
+def frozen_fields(scene: Scene, *, walk: bool = True) -> FrozenFields | None:
+    """Return drawn contacts of a scene that slide frozen, as they are or corrected at rest.
 
     None where a scene does not ask for the distribution of the temperature, the moving body has a skin or is heated in
     depth, or the calibrated law does not hold for all of C(q) and for its part in the fields.
@@ -62,9 +65,9 @@ def frozen_fields(scene: Scene) -> FrozenFields | None:
     if not _has_fields(scene, 0):
         return None
     try:
-        return draw_frozen(
-            scene.spectrum, law_arguments(scene), heat_source(scene), scene.numerics.slid_distance
-        )
+        slid = scene.numerics.slid_distance
+        load, source = law_arguments(scene), heat_source(scene)
+        return draw_frozen(scene.spectrum, load, source, slid, walk=walk)
     except ValueError:  # the law does not hold for C(q) up to the shortest wave of the fields
         return None
 
@@ -108,21 +111,25 @@ def draw_frozen(
     points: int = _POINTS,
     fields: int = _FIELDS,
     seed: int = 0,
+    walk: bool = True,
 ) -> FrozenFields:
     """Draw contacts of C(q) up to waves of four pixels, and the same up to half of that if C(q) goes on beyond it.
 
-    They slide from rest over `slid_distance`, m, at most half of the cell: older heat is even, and left out.
-    ValueError where the law does not hold.
+    They slide from rest over `slid_distance`, m, at most half of the cell: older heat is even, and left out. `walk`
+    corrects them at rest, if C(q) has no gaps. ValueError where the law does not hold.
     """
     length = 2 * pi * _WAVES / float(spectrum.breaks[0])
     slid = min(slid_distance or inf, length / 2)
+    of_law = theory.clipped.law_of(spectrum, **load)
+    walks = walk and theory.at_rest.holds(of_law)
+    resting = theory.at_rest.at_rest(of_law, length) if walks else None
     samples, laws = [], []
     for cut, count, contacts in _up_to_cut_offs(spectrum, load, length, points, fields, seed):
-        rows = [measured(pressure, length, source, slid) for pressure in contacts]
+        rows = [measured(pressure, length, source, slid, resting) for pressure in contacts]
         samples.append(sample_of(cut.breaks[-1], count, rows))
         laws.append(cut)
     flash = [_flash_of_law(law, load, source) for law in (*laws, spectrum)]
-    return FrozenFields(tuple(samples), np.array(flash))
+    return FrozenFields(tuple(samples), np.array(flash), walks)
 
 
 def _up_to_cut_offs(
@@ -182,9 +189,17 @@ def _contacts(
 
 
 def measured(
-    pressure: Array, length: float, source: HeatSource, slid_distance: float
+    pressure: Array,
+    length: float,
+    source: HeatSource,
+    slid_distance: float,
+    walk: AtRest | None = None,
 ) -> tuple[Array, Distribution]:
-    """Return T_flash of a contact by its own field of temperature, K, and the distribution about it."""
+    """Return T_flash of a contact by its own field of temperature, K, and the distribution about it.
+
+    The `walk` of its temperature at rest corrects that of a drawn contact.
+    """
+    from roughsim.observables.moments import HeatSource
     from roughsim.observables.temperatures import (
         SlideFromRest,
         contact_fields,
@@ -193,10 +208,35 @@ def measured(
     )
 
     grid = Grid((len(pressure), len(pressure)), (length, length))
-    hot = contact_fields(pressure, grid, source, SlideFromRest(slid_distance=slid_distance))
+    slide = SlideFromRest(slid_distance=slid_distance)
+    hot = contact_fields(pressure, grid, source, slide)
     heat = pressure[pressure > 0.0]
     flash = own_flash(hot, heat, float(pressure.mean()), source)
+    if walk is not None:
+        at_rest = HeatSource((0.0,), 1.0, 1.0, 1.0)
+        hot = walked(hot, contact_fields(pressure, grid, at_rest, slide)[0], heat, walk)
     return flash, distribution_of(hot, [heat] * len(hot), flash)
+
+
+def walked(moving: Sequence[Field], resting: Field, heat: Array, walk: AtRest) -> list[Array]:
+    """Return temperatures of drawn contact over their means by heat, with what the `walk` changes of those at rest.
+
+    r_v + b (r̂₀ − r₀), r̂₀ of the walk at the rank of r₀ by heat, b the regression of r_v on r₀ by heat.
+    """
+    share = heat / heat.sum(dtype=float)
+    still = resting / (resting @ share)
+    order = np.argsort(still)
+    ranked = share[order]
+    exact = np.empty_like(share)
+    exact[order] = walk.over_flash(np.cumsum(ranked) - ranked / 2)
+    apart = share * (still - 1.0)
+    change = (exact - still) / (apart @ still)
+    found = []
+    for field in moving:
+        over = field / (field @ share)
+        over = over + (apart @ over) * change
+        found.append(over / (over @ share))
+    return found
 
 
 def _flash_of_law(spectrum: Spectrum, load: Load, source: HeatSource) -> Array:

@@ -152,6 +152,20 @@ def test_doubted_contacts_are_evener_on_one_side_or_hotter(pressure):
     np.testing.assert_allclose(far, 1.0 + 16 / 9 - 0.5 * (16 / 9) ** 1.5, rtol=1e-12)
 
 
+def test_fields_corrected_at_rest_lack_contact_without_heat():
+    plain = column((0.2,), (1.0, 1.0), uncertainty=0.12)
+    found = plain._replace(shifts=contacts.WALKED[1])
+    name, other = NAMES[""][5], NAMES["area_"][5]
+    x = fields.quantile_of(found, name).value / 100.0 - 1.0
+    # the hotter side evener, with the mean restored
+    assert 6.0 * x**1.5 < fields.quantile_of(found, name).errors["form"] < 12.0 * x**1.5
+    by_area = [fields.quantile_of(one, other).errors["form"] for one in (found, plain)]
+    assert by_area[0] == pytest.approx(by_area[1], rel=1e-12)
+    *_, warm = contacts._displaced(found.samples[-1], np.array(0.12), found.shifts)
+    growth = warm.bins.temperature / found.samples[-1].bins.temperature
+    np.testing.assert_allclose(growth, 1.0 + 0.12 * 0.7, rtol=1e-12)
+
+
 STRETCH = np.array([1.5])
 DOUBT = 0.15  # of slides by their form
 
@@ -210,7 +224,7 @@ def test_the_form_is_in_doubt_by_the_speed_over_the_length_of_the_heights():
     diffusivity = 30.0 / (7900.0 * 500.0)
     numbers = np.array([1.0, 35.0]) * np.sqrt(height / slope) / diffusivity
     expected = 0.17 - 0.02 * np.log(numbers)
-    np.testing.assert_allclose(fields._frozen(scene).form, expected, rtol=1e-4)
+    np.testing.assert_allclose(fields._frozen(scene, walk=False).form, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("energy", [0.6, 1.0, 1.5])
