@@ -13,6 +13,8 @@ differ less than 1/Q: their noise is laid at the shell of Q, with the mean of (d
     g ← e^{−w²n/4} (1 − L + L²/2)⁻¹ e^{−w²n/4} g,    L the diffusion of the pressure, n(σ) the variance of the noise.
 
 A cell of side L_c holds no waves with Q < 2√π/L_c: the mean has that part of the plane of wavenumbers.
+
+Source: docs/reactions.md, which compares it with solved contacts.
 """
 
 from __future__ import annotations
@@ -35,10 +37,8 @@ from theory.yielding import YieldingSpectrum, octaves_missing
 _SPACING, _WIDEST = 0.05, 0.14
 _WAVES = 128  # w, from 0 on: |f| ends below 1e-5
 _POINTS = 1024  # T
-_BELOW, _ABOVE = (
-    6.0,
-    7.0,
-)  # T of the period of the transform, in standard deviations, and of T_flash
+# ends of T, which the transform repeats: standard deviations below 0, and above it these and T_flash
+_BELOW, _ABOVE = 6.0, 7.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,29 +63,39 @@ class AtRest:
     def joint(self) -> tuple[Array, Array]:
         """Return temperatures T, (k,), and the probability of each pressure and T, (m, k)."""
         found = scipy.fft.irfft(np.conj(self.characteristic), n=_POINTS, axis=1)
-        return self.start + self.period * np.linspace(0.0, 1.0, _POINTS, endpoint=False), found
+        return self._temperature, found
+
+    @property
+    def _temperature(self) -> Array:
+        return self.start + self.period * np.linspace(0.0, 1.0, _POINTS, endpoint=False)
 
     def over_flash(self, share: Array) -> Array:
-        """Return T/T_flash below which each `share`, 0 to 1, of the heat is set free."""
-        temperature, density = self.joint()
-        heat = self.pressure @ density
+        """Return T/T_flash below which each `share`, 0 to 1, of the heat is set free, dimensionless."""
+        heat = scipy.fft.irfft(self.pressure @ np.conj(self.characteristic), n=_POINTS)
         below = np.maximum.accumulate(np.cumsum(heat / heat.sum()))
-        middle = temperature + (temperature[1] - temperature[0]) / 2
-        flash = float(heat @ temperature / heat.sum())
+        middle = self._temperature + self.period / _POINTS / 2
+        flash = float(heat @ self._temperature / heat.sum())
         return np.asarray(np.interp(share, below, middle / flash))
 
 
 def holds(law: YieldingSpectrum) -> bool:
-    """Whether the walk was compared with contacts: those of a C(q) without gaps."""
+    """Return whether the walk was compared with contacts of such a `law`: C(q) has no gaps."""
     return octaves_missing(law.spectrum) == 0.0
 
 
 def at_rest(
     law: YieldingSpectrum, length: float, *, step: float = STEP, spacing: float | None = None
 ) -> AtRest:
-    """Return pressure and temperature of a contact at rest, in a cell of side `length`, m, > 0.
+    """Return pressure and temperature of a contact at rest.
 
-    `step` and `spacing` are those of `theory.interface`.
+    Parameters
+    ----------
+    law : YieldingSpectrum
+        The calibrated law of the contact.
+    length : float
+        Side of its periodic cell, m, > 0.
+    step, spacing : float, optional
+        Of ln q and of z in `theory.interface`, dimensionless.
     """
     mean, modulus = law.nominal_pressure, law.effective_modulus
     spacing = spacing or _spacing(law)
