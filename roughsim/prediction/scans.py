@@ -1,8 +1,9 @@
 """Errors of all observables by the error of a measured C(q), from the theory.
 
-C(q) is changed by each error of its table, and the theory gives every observable with it. Scans leave two errors: C(q)
-scatters, as a map holds few long waves, and waves longer than the map are not in it. For a map that is not isotropic,
-or whose heights are not Gaussian, C(q) does not suffice, and the error is unknown.
+C(q) is changed by each error of its table, and the theory gives every observable with it; fewer waves count in one
+direction of sliding than in all. Scans leave two errors: C(q) scatters, as a map holds few long waves, and waves longer
+than the map are not in it. For a map whose lay drawn surfaces lack, or whose heights are not Gaussian, C(q) does not
+suffice, and the error is unknown.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,10 +16,12 @@ import scipy
 
 from roughsim.grid import Array
 from roughsim.observables.catalogue import CAMERA, OBSERVABLES
+from roughsim.prediction.bodies import conduction
 from roughsim.prediction.theories import integrals, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from roughsim.scene.sections import SurfaceSection
+from roughsim.scene.tables import directions_of
 
 # q over the second row's: of the first rows, and of the rows above, whose exponent C(q) has at long waves too. A map
 # shows too little of waves as long as itself, as its plane and the window remove a part: so much of the exponent
@@ -30,6 +33,7 @@ _SETTLED = 0.5  # change by the second decade of longer waves over the change by
 _LEVEL_OF_SIGNIFICANCE = 0.05
 _FILLED = 3.0  # relative error of C over the share of points that were filled: measured where these are the valleys
 _STEP = 0.1  # of ln C, by which each row is tried
+_ANGLES = 720  # over half a turn
 _NORMAL = 1.959964  # standard errors of a 95 % interval
 _Changes = dict[str, Array]  # of the logarithm of every observable, over speeds or of one entry
 
@@ -73,8 +77,27 @@ def unknown_by(scene: Scene) -> str:
 
 
 def _alike(scene: Scene, name: str) -> bool:
-    """Return whether the maps of a section are like surfaces that are drawn from their C(q)."""
-    return all(texture.isotropic and texture.gaussian for texture in scene.textures.get(name, ()))
+    """Return whether the maps of a section are like surfaces that are drawn from their C(q⃗)."""
+    drawn = bool(scene.directions) and scene.sections_of_faces[name].psd_directions is not None
+    maps = scene.textures.get(name, ())
+    return all((texture.isotropic or drawn) and texture.gaussian for texture in maps)
+
+
+def _few_in_directions(scene: Scene, face: SurfaceSection) -> Array:
+    """Return the error of each row in each direction at each speed over its error in all directions.
+
+    A wave at φ from sliding counts in T_flash by k = Re(1 − i cosφ v/Dq)^(−½) and M, so that ⟨M²k²⟩/⟨Mk⟩² times fewer
+    waves count as all of a row; of these the table has the scatter about their mean, 2⟨M²⟩ − 1.
+    """
+    if face.psd_directions is None or not scene.directions:
+        return np.ones((1, 1))
+    q, angle = np.array(face.psd)[:, :1, None], np.arange(_ANGLES) * (np.pi / _ANGLES)
+    factor = directions_of(face.psd_directions)(q[:, 0], angle)[:, None]
+    steep = np.array(scene.speeds) / conduction(scene).diffusivity
+    turned = np.cos(angle - np.array(scene.headings)[:, None])
+    counted = factor * (1 / np.sqrt(1 - 1j * (steep[:, None] * turned) / q)).real
+    few = np.mean(counted**2, axis=2) / np.mean(counted, axis=2) ** 2
+    return np.asarray(np.sqrt(few / (2 * np.mean(factor**2, axis=2) - 1)))
 
 
 def _expected(scene: Scene, only: str) -> Mapping[str, Array]:
@@ -90,6 +113,12 @@ def _error_of_face(scene: Scene, name: str, face: SurfaceSection, only: str) -> 
     own = _expected(scene, only)
     if face.psd is None or face.psd_error is None or not _alike(scene, name):
         return {key: np.full(values.shape, np.nan) for key, values in own.items()}
+    few = _few_in_directions(scene, face)
+    if few.size > 1:  # changes are those of an isotropic face, a hundred times as fast
+        face = replace(face, psd_directions=None)
+        plain: dict[str, Any] = {name: face}
+        scene = replace(scene, **plain)
+        own = _expected(scene, only)
     q, psd = np.array(face.psd).T
     errors = np.array(face.psd_error)
 
@@ -113,11 +142,14 @@ def _error_of_face(scene: Scene, name: str, face: SurfaceSection, only: str) -> 
     result = {}
     for key in own:
         by_row = np.array([one[key] for one in each]) * errors[:, :1] / _STEP
+        if few.size > 1 and OBSERVABLES[key].per_speed:
+            by_row = np.tile(by_row, few.shape[1] // by_row.shape[1]) * few
         square = _NORMAL**2 * np.sum(by_row**2, axis=0)
         if scans:
             square += _square_between(by_row[shared], np.array([one[key] for one in scans]))
         # missing waves change the value one way: this is no scatter, and adds to it
-        result[key] = np.sqrt(square) + missing[key] + np.abs(filled.get(key, 0.0))
+        others = missing[key] + np.abs(filled.get(key, 0.0))
+        result[key] = np.sqrt(square) + np.tile(others, square.size // others.size)
     return result
 
 
