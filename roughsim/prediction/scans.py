@@ -86,8 +86,9 @@ def _alike(scene: Scene, name: str) -> bool:
 def _few_in_directions(scene: Scene, face: SurfaceSection) -> Array:
     """Return the error of each row in each direction at each speed over its error in all directions.
 
-    A wave at φ from sliding counts in T_flash by k = Re(1 − i cosφ v/Dq)^(−½) and M, so that ⟨M²k²⟩/⟨Mk⟩² times fewer
-    waves count as all of a row; of these the table has the scatter about their mean, 2⟨M²⟩ − 1.
+    A wave at φ from sliding counts in T_flash by M k, k = Re(1 − i cosφ v/Dq)^(−½): ⟨M²k²⟩/⟨Mk⟩² times fewer waves
+    than those of a row with the same error. The error of a row has its scatter by M as well, which is left in, as M is
+    measured on the same waves: 95 % of 120 errors hold in maps of 8 longest waves, γ 1.8 to 4, and 84 % without it.
     """
     if face.psd_directions is None or not scene.directions:
         return np.ones((1, 1))
@@ -97,7 +98,7 @@ def _few_in_directions(scene: Scene, face: SurfaceSection) -> Array:
     turned = np.cos(angle - np.array(scene.headings)[:, None])
     counted = factor * (1 / np.sqrt(1 - 1j * (steep[:, None] * turned) / q)).real
     few = np.mean(counted**2, axis=2) / np.mean(counted, axis=2) ** 2
-    return np.asarray(np.sqrt(few / (2 * np.mean(factor**2, axis=2) - 1)))
+    return np.asarray(np.sqrt(few))
 
 
 def _expected(scene: Scene, only: str) -> Mapping[str, Array]:

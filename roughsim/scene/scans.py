@@ -5,6 +5,7 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 _MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
 _UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
 _LENGTH = Quantity("m", '"1 mm"', gt=0)
+_ANGLE = Quantity("rad", '"90 deg"', ge=-2 * math.pi, le=2 * math.pi)
 _CUT = Quantity("rad/m", '"2.5e6 1/m"', gt=0)
 MEASURED_KEYS = (
     "psd_source",
@@ -94,6 +96,10 @@ class ScanOptions(Record):
     """Wavenumber up to which C(q) is used, rad/m."""
     topography_fill: Literal["smooth"] | None = None
     """Of undefined points."""
+    topography_direction: Annotated[tuple[Annotated[float, _ANGLE], ...], one_or_list()] | None = (
+        None
+    )
+    """Of each line scan, from x towards y: they give the lay."""
 
 
 def measured_psd(
@@ -120,6 +126,11 @@ def measured_psd(
             lines.append(scan)
         if found is not None:
             found.append((path, scan))
+    lay: dict[str, float] = {}
+    if section.get("topography_direction") is not None:
+        if textures:
+            raise SceneError("topography_direction is of line scans; a map has its own: remove it")
+        lines, lay = _with_lay(lines, section)
     spectrum, errors = combined(bins + bins_of_lines(lines))
     directions = None
     if isinstance(scan, Topography) and len(paths) == 1 and not textures[0].isotropic:
@@ -134,7 +145,39 @@ def measured_psd(
         "psd_texture": _rounded(textures, 4) or None,
         "psd_directions": directions,
         "psd_filled": float(f"{max(undefined):.3g}") or None,
+        **lay,
     }
+
+
+def _with_lay(
+    lines: "list[Profile]", section: Mapping[str, Any]
+) -> "tuple[list[Profile], dict[str, float]]":
+    """Return line scans of the isotropic surface that a lay stretches, and the keys of that lay, if there is one."""
+    from roughsim.surface.topography.line_lay import Line, lay_of_lines, stretch
+    from roughsim.surface.topography.texture import UNEVEN
+
+    angles = _options(section).topography_direction or ()
+    if len(angles) != len(lines):
+        raise SceneError(
+            f"topography_direction has {len(angles)} angles for {len(lines)} files; give one for each, in their order"
+        )
+    each = list(zip(lines, angles, strict=True))
+    gamma, grooves = lay_of_lines([Line(one.heights, one.length, angle) for one, angle in each])
+    if gamma <= UNEVEN:
+        return lines, {}
+    gamma = float(f"{gamma:.3g}")
+    ratios = [stretch(gamma, angle - grooves) for angle in angles]
+    stretched = [
+        replace(one, length=one.length * ratio, reliable=one.reliable / ratio)
+        for one, ratio in zip(lines, ratios, strict=True)
+    ]
+    return stretched, {"lay": gamma, "lay_direction": float(f"{grooves:.4g}")}
+
+
+def _options(section: Mapping[str, Any]) -> ScanOptions:
+    """Return the keys beside `topography` of a section."""
+    keys = ScanOptions.known_keys()
+    return ScanOptions(**{key: value for key, value in section.items() if key in keys})
 
 
 def _rounded(rows: Iterable[Iterable[float]], digits: int) -> list[list[float]]:
@@ -164,8 +207,7 @@ def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topog
     """Yield the scans of one surface, with the size and the unit of a section if a file lacks them."""
     from roughsim.surface.topography import Topography, read_scan
 
-    keys = ScanOptions.known_keys()
-    options = ScanOptions(**{key: value for key, value in section.items() if key in keys})
+    options = _options(section)
     sizes: tuple[tuple[float, float] | None, ...] = options.topography_size or (None,)
     if len(sizes) == 1:
         sizes = sizes * len(paths)

@@ -187,7 +187,8 @@ def _check_roughness(face: "SurfaceSection") -> "SurfaceSection":
         raise ValueError(
             f"lay_direction = {face.lay_direction:.6g} rad goes with lay; add it or remove the direction"
         )
-    if face.lay is not None and face.psd_source == "scan":
+    of_lines = face.psd_scans and not face.psd_texture  # line scans in directions
+    if face.lay is not None and face.psd_source == "scan" and not of_lines:
         raise ValueError(
             f"lay = {face.lay:g} does not go with a scan, which has a lay of its own; remove it"
         )

@@ -106,7 +106,7 @@ def filled(text):
 
 # keys that need or exclude others
 RIVALS = (
-    "rms_slope|spectrum|topography|topography_size|topography_unit|topography_channel|topography_cut|topography_fill|psd_file|psd_convention|psd_source"
+    "rms_slope|spectrum|topography|topography_size|topography_unit|topography_channel|topography_cut|topography_direction|topography_fill|psd_file|psd_convention|psd_source"
     "|slid_distance|realizations|background_temperature|lay|lay_direction"
 )
 

@@ -15,7 +15,7 @@ from roughsim.show.remarks import Remark
 from roughsim.surface.topography.lay import lays_of
 from roughsim.surface.topography.periodic import periodic_part
 
-_UNEVEN = 1.25  # γ: above, T_flash along and across differs from the mean by more than 5 %
+UNEVEN = 1.25  # γ: above, T_flash along and across differs from the mean by more than 5 %
 _BY_SLOPES = 1.5  # γ, by the ratio of slopes, of isotropic maps of older scenes
 _LEAST_SHARE = 0.01  # of ⟨|∇h|²⟩ or of ⟨h²⟩: an octave of less is of no account
 _ROWS = 4.0  # degrees from a scan axis
@@ -57,8 +57,8 @@ class Texture(NamedTuple):
 
     @property
     def isotropic(self) -> bool:
-        """Whether nothing shows a lay that counts, above `_UNEVEN`."""
-        return max(self.ratio, self.band_ratio) <= _UNEVEN
+        """Whether nothing shows a lay that counts, above `UNEVEN`."""
+        return max(self.ratio, self.band_ratio) <= UNEVEN
 
     @property
     def gaussian(self) -> bool:
@@ -70,14 +70,14 @@ class Texture(NamedTuple):
     @property
     def lay(self) -> float:
         """The angle of the lay, radians: of the octave with the largest ratio if that alone is uneven."""
-        return self.angle if self.ratio > _UNEVEN or self.isotropic else self.band_angle
+        return self.angle if self.ratio > UNEVEN or self.isotropic else self.band_angle
 
     def waves(self) -> str:
         """Return the lay in words."""
         text = f"waves {self.ratio:.2g} times as long along {_in_degrees(self.angle)} as across"
         if f"{self.ratio:.2g}" == "1":
             text = "waves as long in all directions"
-        if self.band_ratio > _UNEVEN * self.ratio:
+        if self.band_ratio > UNEVEN * self.ratio:
             waves = f"waves of {2e6 * pi / self.band_high:.2g} to {2e6 * pi / self.band_low:.2g} µm"
             text += f", {self.band_ratio:.2g} times along {_in_degrees(self.band_angle)} in {waves}"
         return text
