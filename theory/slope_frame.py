@@ -111,7 +111,7 @@ class SlopeFrame:
 def slope_frame(spectrum: DirectedSpectrum) -> SlopeFrame:
     """Return the frame in which a face with C(q⃗) is as steep in all directions."""
     q, slope = panels_between(breaks_of(spectrum)).nodes()
-    angle: Array = np.arange(_ANGLES) * (pi / _ANGLES)
+    angle: Array = np.arange(_ANGLES, dtype=np.float64) * (pi / _ANGLES)
     wave = np.stack([np.ones(_ANGLES), np.cos(2 * angle), np.sin(2 * angle)])
     weight = (q**3 * slope * WEIGHTS).ravel()
     whole, even, odd = wave @ (weight @ spectrum.at(q.ravel()[:, None], angle))

@@ -8,6 +8,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.planning.limits import judge
+from roughsim.prediction.scans import _few_in_directions, scan_error
 from roughsim.scene import parse_scene
 from roughsim.scene.files import load_map
 from roughsim.surface.directions import Directions
@@ -77,6 +78,34 @@ def test_theory_and_law_of_a_scan_have_its_directions(tmp_path):
         exact = full_contact(full, theta)
         for values in (one["flash_temperature"], one["calibrated"]["flash_temperature"]):
             assert values[k] == pytest.approx(exact, rel=1e-2)
+
+
+def test_few_waves_count_in_a_direction(tmp_path):
+    _, scene = scene_of(tmp_path, 5.0, speed=[1e-9, 35.0])
+    few = _few_in_directions(scene, scene.surface)
+    assert few.shape == (len(scene.surface.psd), 6)
+    row, diffusivity = 20, 30.0 / (7900.0 * 500.0)
+    q, factor = scene.surface.psd[row][0], scene.spectrum.factor
+
+    angle = (np.arange(100_000) + 0.5) * (math.pi / 100_000)
+
+    def mean(power, theta, speed):
+        steep = np.cos(angle - theta) * speed / (diffusivity * q)
+        return np.mean(
+            (factor(np.full(angle.shape, q), angle) * ((1 - 1j * steep) ** -0.5).real) ** power
+        )
+
+    for k, theta in enumerate(scene.directions):
+        for n, speed in enumerate((1e-9, 35.0)):
+            exact = math.sqrt(mean(2, theta, speed)) / mean(1, theta, speed)
+            assert few[row, 2 * k + n] == pytest.approx(exact, rel=0.02)
+    # and the error, of which a part is by waves longer than the map, grows
+    error = scan_error(scene, "flash_temperature")["flash_temperature"].reshape(3, 2)
+    plain = scene.with_("surface.psd_directions", None).with_("surface.psd_texture", None)
+    ratio = error / scan_error(plain)["flash_temperature"]
+    assert (ratio > 1.05).all()
+    assert (ratio[:, 1] > ratio[:, 0]).all()
+    assert (ratio < few.max()).all()
 
 
 def full_contact(scene, theta):
