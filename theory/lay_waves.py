@@ -161,8 +161,8 @@ class Face:
         block = np.floor(np.log(np.minimum(phase, _TURN)))
         block += np.floor(np.clip(phase, _TURN, _FADED) / _TURN)
         block += np.floor(np.log(np.maximum(phase, _FADED)))
-        late, lay = np.zeros((q.size, 1)), max(self.stress.lay, 1 / self.stress.lay)
-        late = late * self.directions.at(q[:1])
+        late = np.zeros((q.size, self.directions.at(q[:1]).shape[1]))
+        lay = max(self.stress.lay, 1 / self.stress.lay)
         for at in np.split(np.arange(q.size), np.flatnonzero(np.diff(block)) + 1):
             if q[at[0]] ** 2 * spread < _FAINT * lay:
                 late[at] = along_waves(q[at], partial(self._late, spread=spread))

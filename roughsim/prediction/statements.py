@@ -89,7 +89,10 @@ def _of_textures(scene: Scene) -> Iterator[Remark]:
             of = f" of map {number}" * (len(maps) > 1) + of_face
             drawn = "of the map; drawn surfaces are isotropic"
             if scene.scanned_lay is not None and scene.sections_of_faces[face].directed is not None:
-                drawn = "of the map, whose directions drawn surfaces have"
+                drawn = (
+                    "of the map, whose directions drawn surfaces have, but not its shape: `roughsim press` gives the "
+                    "ratio of both"
+                )
             yield Remark("assumption", f"texture{of}", drawn, texture.waves())
             gaussian = f"Gaussian 0 and 3; {texture.extremes()}"
             yield Remark("assumption", f"heights{of}", gaussian, texture.heights())

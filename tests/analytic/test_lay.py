@@ -340,6 +340,13 @@ def test_light_contact_of_waves_of_own_lays_is_softer():
     frame = slope_frame.SlopeFrame(1.0, 0.0, mean, directions)
     assert frame.softer == pytest.approx(sqrt(0.9))
     assert slope_frame.SlopeFrame(1.0, 0.0, mean, slope_frame.ISOTROPIC).softer == 1.0
+    # of octaves that differ the mean is over the slopes, q⁴C a step of ln q: here in proportion to q
+    uneven = np.where(np.arange(41) < 38, 1.2, 0.0)
+    directions = slope_frame.Directions(rows, tuple((each, 0.0) for each in uneven.tolist()))
+    mean = slope_frame.MeanSpectrum(rows, tuple(-3.0 * np.array(rows)))
+    steep = np.geomspace(1e4, 1e6, 41)
+    exact = steep @ np.where(uneven > 0, sqrt(0.9), 1.0) / steep.sum()
+    assert slope_frame.SlopeFrame(1.0, 0.0, mean, directions).softer == pytest.approx(exact)
     assert lay.stiffening(4.0, 0.0, 0.8) == pytest.approx(0.8 * 1.25)
     assert lay.stiffening(4.0, 1.0, 0.8) == pytest.approx(sqrt(2.125))
 

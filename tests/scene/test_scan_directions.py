@@ -1,7 +1,10 @@
 """Scenes of a scan with a lay: surfaces have its directions, results an axis of them."""
 
 import math
+import runpy
+import shutil
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -78,6 +81,23 @@ def test_theory_and_law_of_a_scan_have_its_directions(tmp_path):
         exact = full_contact(full, theta)
         for values in (one["flash_temperature"], one["calibrated"]["flash_temperature"]):
             assert values[k] == pytest.approx(exact, rel=1e-2)
+
+
+@pytest.mark.slow
+def test_the_worked_example_of_a_ground_face(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    examples = Path(__file__).parents[2] / "docs" / "examples"
+    runpy.run_path(str(examples / "ground.py"))
+    shutil.copy(examples / "ground.toml", tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = rs.load_scene("ground.toml")
+    (texture,) = scene.surface.psd_texture
+    assert texture.ratio == pytest.approx(4.0, rel=0.05)
+    assert math.degrees(texture.angle) == pytest.approx(30.0, abs=1.0)
+    page = (examples.parent / "lay.md").read_text("utf-8")
+    for kelvin in np.ravel(rs.theory(scene).to_dict()["flash_temperature"]):
+        assert f"{kelvin:.1f} ± unknown" in page
 
 
 def test_few_waves_count_in_a_direction(tmp_path):
