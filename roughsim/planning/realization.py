@@ -89,12 +89,14 @@ def scene_of(scene: Scene, numerics: Numerics) -> Scene:
 def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
     """Return the slide of realization 0, with the seed of the scene; `numerics.slide` is its level."""
     number = numerics.slide or 0
-    level, grid = numerics.levels[number], numerics.grid(number)
-    prediction.check_continuation(scene, level.followed, grid.lengths[0])
+    level, lay = numerics.levels[number], scene.lay_along_slide
+    grid = numerics.grid(number)
+    cell = grid.stretched(lay)
+    prediction.check_continuation(scene, level.followed, cell.lengths[0])
     distances = tuple(
         min(distance, level.followed or np.inf) for distance in scene.sliding.distances
     )
-    if min(distances) < _LEAST_STEPS * (step := pixel_of_path(grid)) * (1 - 1e-9):
+    if min(distances) < _LEAST_STEPS * (step := pixel_of_path(cell)) * (1 - 1e-9):
         k = int(np.argmin(distances))
         if distances[k] == level.followed:
             raise ResolutionError(
@@ -106,7 +108,7 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
             f"pixels of {step:.4g} m on the grid {level.shape}; slide further, leave out the slow speeds, or refine "
             "the last of numerics.levels"
         )
-    oblique_path(grid, max(distances))  # refuses too many steps
+    oblique_path(cell, max(distances))  # refuses too many steps
     resting, moving = scene.sliding_faces
     bodies = prediction.conduction(scene)
     return SlideProblem(
@@ -128,7 +130,8 @@ def slide_problem(scene: Scene, numerics: Numerics) -> SlideProblem:
         stream=numerics.stream(number),
         threads=numerics.threads,
         distribution=scene.distribution,
-        shutter=_shutter(scene, grid),
+        shutter=_shutter(scene, cell),
+        lay=lay,
     )
 
 

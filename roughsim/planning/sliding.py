@@ -113,12 +113,12 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Remark]:
     if scene.numerics.levels is not None and level in scene.numerics.levels:
         why = "given in the scene"
     yield Remark("choice", SLIDING, why, f"{x} × {y} to q_c = {level.q_max:.3g} rad/m")
-    distances, step = np.array(problem.distances), pixel_of_path(problem.grid)
+    distances, step = np.array(problem.distances), pixel_of_path(problem.cell)
     steps = problem.steps
     lengths = " … ".join(
         dict.fromkeys(f"{1e3 * end:.3g}" for end in (distances.min(), distances.max()))
     )
-    fresh = f"{distances.max() / problem.grid.lengths[0]:.2g} lengths of the cell"
+    fresh = f"{distances.max() / problem.cell.lengths[0]:.2g} lengths of the cell"
     why = f"{fresh}, in {steps} steps of {1e6 * step:.3g} µm"
     whole = 1e3 * max(scene.sliding.distances)
     if level.followed is not None and 1e3 * level.followed < whole:
@@ -135,7 +135,7 @@ def slide_reasons(scene: Scene, numerics: Numerics) -> Iterator[Remark]:
     yield Remark("choice", "slides", why, str(members))
     if pictured := min(numerics.keep_fields, members):
         sides = snapshot_shape(problem.grid.shape)
-        positions = len(snapshot_steps(oblique_path(problem.grid, distances.max())))
+        positions = len(snapshot_steps(oblique_path(problem.cell, distances.max())))
         most = 4e-6 * positions * sides[0] * sides[1] * (1 + distances.size)
         why = f"maps of the first {pictured} for roughsim explore; keep_fields = 0 leaves them out"
         yield Remark("choice", "snapshots", why, f"{positions} positions, up to {most:.2g} MB")

@@ -126,6 +126,8 @@ def check_continuation(scene: Scene, followed: float | None, length: float) -> N
 
 def continuation_fault(scene: Scene) -> str:
     """Return why the theory cannot continue the slides of a scene; empty if it can."""
+    if scene.directions:
+        return f"no theory continues slides of faces with a lay, here {scene.lay:g}"
     if calibrated(scene).stress_spectrum is None:
         return f"the theory of two sliding faces cannot continue it: {calibrated(scene).range}"
     if scene.distribution:
@@ -156,9 +158,9 @@ def sliding_prediction(
 ) -> SlidingPrediction | None:
     """Return the theory of a scene with `history = "sliding"`; None where the calibrated law does not hold.
 
-    `slid_distance`, (speeds,), m, replaces that of the scene.
+    None of faces with a lay, too. `slid_distance`, (speeds,), m, replaces that of the scene.
     """
-    if calibrated(scene).stress_spectrum is None:
+    if calibrated(scene).stress_spectrum is None or scene.directions:
         return None
     speeds = np.array(scene.speeds)
     distances = np.array(scene.sliding.distances) if slid_distance is None else slid_distance
@@ -189,7 +191,7 @@ def sliding_error(scene: Scene) -> float:
     of both is small, else 25 %. For unlike bodies with f ≥ 1/2 and A above 0.6 there is no band.
     """
     law = calibrated(scene).stress_spectrum
-    if law is None:
+    if law is None or scene.directions:
         return nan
     part, area = moving_roughness(scene), law.contact_fraction
     bodies = conduction(scene)

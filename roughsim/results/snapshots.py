@@ -60,7 +60,7 @@ def read_snapshots(run: Run, index: int) -> MemberSnapshots:
     path = fields_path(run.folder, level, index)
     maps = snapshots.Snapshots(*read_fields(path, snapshots.FIELDS)[1].values())
     problem = replace(slide_problem(run.scene, run.numerics), seed=run.seed, index=index)
-    way = oblique_path(problem.grid, max(problem.distances))
+    way = oblique_path(problem.cell, max(problem.distances))
     steps = np.rint(maps.distance / way.distance[1]).astype(np.intp)
     shape, speeds = snapshots.snapshot_shape(problem.grid.shape), len(run.scene.speeds)
     fits = maps.pressure.shape == (steps.size, *shape) and maps.temperature.shape == (
@@ -80,13 +80,13 @@ def read_snapshots(run: Run, index: int) -> MemberSnapshots:
     places = (
         np.asarray(problem.grid.shape) / shape
     )  # a point of the map is the middle of a block of points
-    spacing = np.asarray(problem.grid.spacing)
+    spacing = np.asarray(problem.cell.spacing)
 
     def in_metres(points: NDArray[np.intp]) -> Array:
         metres: Array = (points % problem.grid.shape - 0.5 * (places - 1)) * spacing
         return metres
 
-    grid = Grid(shape, problem.grid.lengths)
+    grid = Grid(shape, problem.cell.lengths)
     riding = moving - way.offsets[steps][:, None, :]
     curves = run.members[level, index].curves
     return MemberSnapshots(grid, maps, curves, in_metres(resting), in_metres(riding))

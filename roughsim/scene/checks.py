@@ -8,6 +8,7 @@ from roughsim.scene.camera import CameraSection
 from roughsim.scene.ensemble import EnsembleSection
 from roughsim.scene.numerics import DEFAULT_SOLVER, QUADRANTS, SAME, SLIDING, Level
 from roughsim.scene.sections import (
+    SAME_ANGLE,
     BodySection,
     CounterfaceSection,
     SlidingSection,
@@ -215,10 +216,15 @@ def check_targets(ensemble: EnsembleSection, asks: frozenset[str]) -> None:
             raise ValueError(f"ensemble.until.{name} is of the {what}; add {ASKED_BY[asked]}")
 
 
-def check_camera(camera: CameraSection | None, sliding: SlidingSection) -> None:
-    """Refuse a camera where no heat makes a picture."""
+def check_camera(camera: CameraSection | None, sliding: SlidingSection, lay: float) -> None:
+    """Refuse a camera where no heat makes a picture, and of a slide of faces with a lay."""
     if camera is None:
         return
+    if lay > 1.0 and sliding.history == SLIDING:
+        raise ValueError(
+            f'camera does not go with surface.lay = {lay:g} and sliding.history = "sliding", whose pictures are of '
+            'isotropic faces; write "frozen", or remove the camera'
+        )
     if not any(sliding.speed):
         raise ValueError(
             "camera sees nothing: sliding.speed = 0 m/s makes no heat; give a speed, or remove [camera]"
@@ -273,12 +279,10 @@ def check_lay(
     key, lay = max(lays.items(), key=lambda item: item[1])
     if lay == 1.0:
         return
+    differ = len({face.grooves for face in faces.values()}) > 1
     if sliding.history == SLIDING:
-        raise ValueError(
-            f'{key} = {lay:g} does not go with sliding.history = "sliding", which follows isotropic faces; write '
-            '"frozen"'
-        )
-    if tables and len({face.grooves for face in faces.values()}) > 1:
+        _check_slide(f"{key} = {lay:g}", next(iter(faces.values())).grooves[1], sliding, differ)
+    if tables and differ:
         raise ValueError(
             f"{key} = {lay:g} beside a face of another lay does not go with a {tables[0]} that is a table over "
             "temperature: no law has its temperature in each direction; give a number, or both faces one lay"
@@ -287,6 +291,24 @@ def check_lay(
         raise ValueError(
             f"numerics.lengths = {lengths[0]:.6g} m does not go with {key} = {lay:g}, which stretches a cell of "
             "equal sides; leave it to the plan"
+        )
+
+
+def _check_slide(lay: str, grooves: float, sliding: SlidingSection, differ: bool) -> None:
+    """Refuse a slide of faces with a `lay` but in one direction along or across their common `grooves`, radians."""
+    if differ:
+        raise ValueError(
+            f'{lay} beside a face of another lay does not go with sliding.history = "sliding", which follows faces of '
+            'one lay; give both the same, or write "frozen"'
+        )
+    angles = sliding.direction or ()
+    if len(angles) != 1 or abs(math.sin(2 * (angles[0] - grooves))) > 2 * SAME_ANGLE:
+        along, across = (math.degrees(grooves + turn) for turn in (0.0, math.pi / 2))
+        given = ", ".join(f"{math.degrees(angle):.4g}°" for angle in angles) or "missing"
+        raise ValueError(
+            f'sliding.direction = {given} does not go with {lay} and history = "sliding", whose steps are whole pixels '
+            f'along or across the grooves; write direction = "{along:.4g} deg" or "{across:.4g} deg", or '
+            'history = "frozen"'
         )
 
 

@@ -122,7 +122,7 @@ class Scene(Record):
             self._needs_background,
         )
         check_targets(self.ensemble, self.asks)
-        check_camera(self.camera, sliding)
+        check_camera(self.camera, sliding, self.lay)
         check_history(sliding, missing, self.numerics.solver)
         check_rows(self.surface, self.counterface)
         lengths = self.numerics.lengths if self.lay > 1.0 else None
@@ -300,6 +300,12 @@ class Scene(Record):
         start, each = self.grooves[1], len(self.sliding.speed)
         turned = (math.remainder(angle - start, math.tau) for angle in self.directions)
         return tuple(angle for angle in turned for _ in range(each)) or None
+
+    @property
+    def lay_along_slide(self) -> float:
+        """The lay of faces that slide along their grooves, 1/γ if across: by it the slide stretches their cell."""
+        across = abs(math.sin((self.headings or (0.0,))[0])) > 0.5
+        return 1.0 / self.lay if across else self.lay
 
     @property
     def sections_of_rough_faces(self) -> dict[str, SurfaceSection]:

@@ -1,16 +1,18 @@
 """All steps of a slide of two bodies, and maps of a few of its positions."""
 
 from collections.abc import Iterator, Sequence
+from math import atan
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from roughsim.contact import Contact
 from roughsim.grid import Array, Grid
+from roughsim.observables.directed import sums_in_directions
 from roughsim.observables.moments import HeatSource, grid_responses, sums_over_directions
 from roughsim.observables.stress_spectrum import stress_spectrum
 from roughsim.sliding.correlation import StressCorrelation
-from roughsim.sliding.path import Path
+from roughsim.sliding.path import Path, slope
 from roughsim.sliding.snapshots import Projector, Snapshots
 from roughsim.sliding.spots import SpotLives, survival
 from roughsim.sliding.stepping import NUMBERS, Motion, Step, walk
@@ -41,10 +43,13 @@ def follow(
     motions: Sequence[Motion],
     pictured: Sequence[int] = (),
     watchers: Sequence[Watcher] = (),
+    *,
+    directed: bool = False,
 ) -> SlideHistory:
     """Slide along a path and record every step; the steps `pictured`, ascending and from 1 on, with their fields.
 
-    Each of the `watchers` takes the steps that it needs.
+    Each of the `watchers` takes the steps that it needs. Frozen contact slides in all directions alike, or, `directed`,
+    along the path, from rest over half the chord of the cell: of faces with a lay.
     """
     sliding = HeatSource(
         speeds=[motion.speed for motion in motions],
@@ -53,7 +58,10 @@ def follow(
         diffusivity=[motion.moving.diffusivity for motion in motions],
         skin=motions[0].moving.skin,
         heat_depth=motions[0].moving.heat_depth,
+        direction=atan(slope(grid)) if directed else None,
+        from_rest=directed,
     )
+    sources = sliding.sources(grid) if directed else []
     responses = grid_responses(grid, tuple(sliding.rates), sliding.layers)
     correlation = StressCorrelation(grid)
     spots = SpotLives()
@@ -73,7 +81,10 @@ def follow(
         rows.append(step.numbers)
         fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
         spectrum, unseen = stress_spectrum(step.stress, grid, responses.gathering)
-        frozen.append(sums_over_directions(spectrum, unseen, responses)[0])
+        if directed:
+            frozen.append(sums_in_directions(step.stress, grid, sources)[0])
+        else:
+            frozen.append(sums_over_directions(spectrum, unseen, responses)[0])
         for watcher in watchers:
             watcher.add(n, step)
         if n > LAST * path.steps:

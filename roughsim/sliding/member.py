@@ -50,7 +50,7 @@ class SlideProblem:
 
     resting_spectrum: Roughness  # C(q) of the face at rest, m⁴, up to the cut-off of the level
     moving_spectrum: Roughness | None  # of the face that rides with the moving body; None is a flat
-    grid: Grid
+    grid: Grid  # that the faces are drawn on, before their lay stretches them
     solid: Solid
     nominal_pressure: float  # σ₀, Pa
     sliding: HeatSource  # speeds, friction and the moving body
@@ -65,16 +65,18 @@ class SlideProblem:
         False  # whether the distribution of the temperature is taken at the last positions
     )
     shutter: Shutter | None = None  # of a camera that takes a picture at the end of each speed
+    # of both faces, γ if they slide along their grooves, 1/γ across: the slide is along x
+    lay: float = 1.0
 
     @property
     def cell(self) -> Grid:
-        """The grid of the contact: faces that slide have no lay."""
-        return self.grid
+        """The grid of the contact."""
+        return self.grid.stretched(self.lay)
 
     @property
     def steps(self) -> int:
         """How many there are, each of one pixel."""
-        return oblique_path(self.grid, max(self.distances)).steps
+        return oblique_path(self.cell, max(self.distances)).steps
 
     @property
     def memory(self) -> float:
@@ -128,7 +130,7 @@ def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
 
     With `snapshots` the maps of some positions are kept, too. The level of the member is 0.
     """
-    grid = problem.grid
+    grid = problem.cell
     with linear_algebra().limit(limits=problem.threads):
         begin = time.perf_counter()
         path, contacts_along = _sliding_contacts(problem)
@@ -172,11 +174,14 @@ def _followed(
     watchers: Sequence[Watcher] = (),
 ) -> tuple[SlideHistory, dict[str, Array]]:
     """Slide; return the history, and the numbers to store, those of `_means_of` and of the picture of a camera."""
-    grid, pictures = problem.grid, None
+    grid, pictures = problem.cell, None
     if problem.shutter is not None:
         pictures = Pictures(grid, path, _ends(problem, path), problem.shutter)
         watchers = [*watchers, pictures]
-    history = follow(contacts_along, grid, path, problem.motions, pictured, watchers)
+    directed = problem.lay != 1.0
+    history = follow(
+        contacts_along, grid, path, problem.motions, pictured, watchers, directed=directed
+    )
     numbers = _means_of(history.curves, path, problem.distances)
     if pictures is not None:
         stress = StressSpectrum(
@@ -201,9 +206,9 @@ def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
 
 def _sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
     """Draw both faces; return the path, and the contacts along it, each solved on demand."""
-    path = oblique_path(problem.grid, max(problem.distances))
+    path = oblique_path(problem.cell, max(problem.distances))
     load, tolerance = problem.nominal_pressure, problem.tolerance
-    return path, contacts(*faces(problem), problem.grid, problem.solid, load, path, tolerance)
+    return path, contacts(*faces(problem), problem.cell, problem.solid, load, path, tolerance)
 
 
 def faces(problem: SlideProblem) -> tuple[Array, Array | None]:

@@ -155,7 +155,7 @@ REFUSED = {
     r"sliding.direction\[1\] = 6.28319 rad is there twice": {
         "sliding": "direction = [0, 6.283185307179586]"
     },
-    'surface.lay = 3 does not go with sliding.history = "sliding"': {
+    'sliding.direction = missing does not go with surface.lay = 3 and history = "sliding"': {
         "sliding": 'history = "sliding"\nslid_distance = 1e-3',
         "text": FREE.replace("heat_partition = 0.9\n", ""),
     },
@@ -168,7 +168,7 @@ REFUSED = {
         ),
         "sliding": "background_temperature = 300",
     },
-    'counterface.lay = 2 does not go with sliding.history = "sliding"': {
+    'counterface.lay = 2 beside a face of another lay does not go with sliding.history = "sliding"': {
         "keys": "",
         "sliding": 'history = "sliding"\nslid_distance = 1e-3',
         "text": FREE.replace(LIKE, f"lay = 2\n{OTHER}\n{HEAT}").replace(
