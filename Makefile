@@ -74,6 +74,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/camera_exposure.py --evidence
 	$(MEASURE) experiments/lay.py --evidence
 	$(MEASURE) experiments/lay_camera.py --evidence
+	$(MEASURE) experiments/lay_waves.py --evidence
 	$(MEASURE) experiments/yielding.py --evidence
 	$(MEASURE) experiments/yielding_gaps.py --evidence
 	$(MEASURE) experiments/sliding_yielding.py --evidence
