@@ -6,11 +6,13 @@ are right to some percent. T_flash of contact that has yielded falls with the cu
 between no rule is known.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from math import inf, nan
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import theory
 from roughsim.grid import Array
@@ -99,17 +101,50 @@ def _calibrated_flash(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None
 def _laws(scene: Scene, cut_offs: tuple[float, ...]) -> list[YieldingSpectrum]:
     """Return |σ_q|² by the law up to each cut-off, rad/m, and of all waves; ValueError if out of range.
 
-    The modulus of faces with a lay is that of the contact of all waves: shorter waves do not change the stress of the
-    long ones by it.
+    Waves of faces with a lay have the modulus of the contact of all waves up to them, which finer ones do not change.
     """
+    spectrum: Any = scene.spectrum
     solid = law_arguments(scene)
     modulus = solid.pop("effective_modulus")
 
     def law(q_max: float, modulus: float) -> YieldingSpectrum:
-        return _law(scene.spectrum, q_max, effective_modulus=modulus, **solid)
+        return _law(spectrum, q_max, effective_modulus=modulus, **solid)
 
-    whole = theory.lay.in_stretched_frame(partial(law, inf), scene.lay, modulus)
-    return [*(law(q, whole.effective_modulus) for q in cut_offs), whole]
+    if scene.lay > 1.0:
+        modulus = theory.lay.in_stretched_frame(
+            partial(law, inf), scene.lay, modulus
+        ).effective_modulus
+        spectrum = _Stiffened(spectrum, scene.lay, modulus, **solid)
+    return [law(q, modulus) for q in (*cut_offs, inf)]
+
+
+@dataclass(frozen=True)
+class _Stiffened:
+    """C(q) in m⁴ times the square of E_eff at the elastic area up to q over that of all waves, `modulus`, Pa."""
+
+    spectrum: Spectrum
+    lay: float
+    modulus: float
+    nominal_pressure: float
+    penetration_hardness: float | None
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Ends and kinks, rad/m, rising."""
+        return tuple(self.spectrum.breaks)
+
+    def __call__(self, q: Array) -> Array:
+        """Return its values at wavenumbers `q`, rad/m, elementwise."""
+        return np.asarray(self.spectrum(q) * (self._factor(q) / self._factor(self.breaks[-1])) ** 2)
+
+    def _factor(self, q: ArrayLike) -> Array:
+        load, hardness = self.nominal_pressure, self.penetration_hardness
+        variance = theory.persson.half_variance(q, self.spectrum, effective_modulus=self.modulus)
+        if hardness is None:
+            elastic = theory.full_contact.probability(variance, load)
+        else:
+            elastic = theory.plasticity.area_fractions(variance, load, hardness)[1]
+        return np.asarray(np.vectorize(theory.lay.stiffening)(self.lay, elastic))
 
 
 @lru_cache(maxsize=64)  # .04 s each: the same for both bodies, and in each round
