@@ -133,9 +133,10 @@ def measured_psd(
         lines, lay = _with_lay(lines, section)
     spectrum, errors = combined(bins + bins_of_lines(lines))
     directions = None
-    if isinstance(scan, Topography) and len(paths) == 1 and not textures[0].isotropic:
+    if isinstance(scan, Topography) and len(paths) == 1:
         factor = scan.directions
-        directions = [[q, *row] for q, row in zip(factor.q, factor.rows, strict=True)]
+        if not textures[0].isotropic or factor.crossed:
+            directions = [[q, *row] for q, row in zip(factor.q, factor.rows, strict=True)]
     return {
         "psd": np.column_stack([spectrum.q, spectrum.psd]).tolist(),
         "psd_convention": "persson",

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim import prediction
 from roughsim.planning.limits import judge
 from roughsim.prediction.scans import _few_in_directions, scan_error
 from roughsim.scene import parse_scene
 from roughsim.scene.files import load_map
-from roughsim.surface.directions import Directions
+from roughsim.surface.directions import Directions, with_lays
 from roughsim.surface.topography import encoded
 
 SIDE = 4e-4
@@ -67,20 +68,26 @@ def test_a_scan_with_a_lay_has_directions_about_it(tmp_path):
 
 def test_theory_and_law_of_a_scan_have_its_directions(tmp_path):
     _, scene = scene_of(tmp_path, 5.0, speed=[1.0, 35.0])
-    found = rs.theory(scene).to_dict()
-    for values in (found["flash_temperature"], found["calibrated"]["flash_temperature"]):
-        slow, fast = np.transpose(values)
+    for values in columns(scene):
+        slow, fast = values.T
         assert fast[0] > 1.2 * fast[1] > 1.2 * fast[2]
         assert slow[0] > slow[1] > slow[2]
-    assert found["calibrated"]["range"] == "inside"
-    assert found["calibrated"]["error"] > 0.1
+    law = prediction.calibrated(scene)
+    assert law.range == "inside"
+    assert law.errors["flash_temperature"] > 0.1
     # in full contact, without a hardness, each mode has its pressure
     full = scene.with_("body.penetration_hardness", None).with_("sliding.nominal_pressure", 4e11)
-    one = rs.theory(full).to_dict()
-    for k, theta in enumerate(full.directions):
-        exact = full_contact(full, theta)
-        for values in (one["flash_temperature"], one["calibrated"]["flash_temperature"]):
-            assert values[k] == pytest.approx(exact, rel=1e-2)
+    exact = [full_contact(full, theta) for theta in full.directions]
+    for values in columns(full):
+        np.testing.assert_allclose(values, exact, rtol=1e-2)
+
+
+def columns(scene):
+    """T_flash by the theory and by the law, (directions, speeds)."""
+    speeds, name = np.array(scene.speeds), "flash_temperature"
+    theory = prediction.over_speed(scene, speeds, names=(name,))[name]
+    law = prediction.calibrated_over_speed(scene, speeds)[name]
+    return theory.reshape(3, -1), law.reshape(3, -1)
 
 
 @pytest.mark.slow
@@ -149,6 +156,37 @@ def test_an_isotropic_scan_has_no_directions(tmp_path):
     assert scene.surface.psd_directions is None
     assert not scene.directions
     assert not scene.spectrum.directed
+
+
+def test_a_scan_with_crossed_lays_has_directions(tmp_path):
+    # alike along both: no γ is found, but between them there are few waves
+    content, _ = scene_of(tmp_path, 1.0)
+    face = rs.SelfAffineSpectrum.from_rms_height(3e-7, hurst=0.8, q_min=7e4, q_max=4e5)
+    lays = with_lays([(face, 4.0, 0.4), (face, 4.0, 0.4 + math.pi / 2)])
+    grid = rs.Grid((192, 192), (2 * SIDE, 2 * SIDE))
+    heights = rs.synthesize(lays.truncated(q_max=6e5), grid, np.random.default_rng(1))[:96, :96]
+    np.save(tmp_path / "crossed.npy", heights)
+    scan = {
+        "topography": str(tmp_path / "crossed.npy"),
+        "topography_size": f"{SIDE} m",
+        "topography_unit": "m",
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = rs.load_scene(content | {"surface": scan})
+    assert scene.surface.psd_texture[0].ratio < 1.3
+    factor = scene.spectrum.factor
+    assert factor.crossed
+    q = np.full(2, 2e5)
+    on, between = factor(q, np.array([0.4, 0.4 + math.pi / 4]))
+    assert on > 3 * between
+
+
+def test_the_part_of_crossed_lays_is_that_of_cos_4():
+    angle = np.arange(45) * (math.pi / 45)
+    for part, crossed in ((0.28, False), (0.32, True)):
+        row = tuple((1 + part * np.cos(4 * angle - 1.0)).tolist())
+        assert Directions((1e4, 1e5), (row, row)).crossed == crossed
 
 
 def test_given_directions_replace_those_of_a_scan(tmp_path):
