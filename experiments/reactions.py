@@ -5,8 +5,8 @@
 The contacts were drawn by chance, and their list was committed before any was solved; nothing in the form of the theory
 was fitted to them. `--draw` writes the list again. They are of four kinds: light load, where all has yielded (kind L),
 yielded in part (P), nearly elastic (N), and without a hardness (E). The part "first" was there when the theory got its
-form. "band" was solved to set `contacts.form_uncertainty`, "judge" to test it and for nothing else. "walk" was drawn
-after the form of `theory.at_rest` was committed, to test it.
+form. "band" was solved to set errors of the form, `estimate.contacts`, "judge" to test them and for nothing else.
+"walk" was drawn after the form of `theory.at_rest` was committed, to test it.
 
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, eight of "walk", with four
 longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. Quantiles are over
@@ -34,7 +34,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate import fields
 from roughsim.estimate.asked import of_reaction
-from roughsim.estimate.contacts import Contacts, form_uncertainty
+from roughsim.estimate.contacts import WALKED, Contacts
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.fields import by_law, drawn_frozen
 from roughsim.estimate.reactions import BOLTZMANN, ELECTRONVOLT
@@ -155,9 +155,9 @@ class Drawn:
         spectrum = self.spectrum(points)
         drawn = draw_frozen(spectrum, self.solid(), self.source, points=points, fields=fields)
         law = clipped.law_of(spectrum, **self.solid())
-        length = spectrum.rms_height / spectrum.rms_slope
-        doubt = form_uncertainty(np.array(self.source.rates) * length)
-        return Found(drawn.flash[-1], law.contact_fraction, column_of(drawn, spectrum, doubt))
+        doubt, shifts = WALKED
+        contacts = column_of(drawn, spectrum, doubt)._replace(shifts=shifts)
+        return Found(drawn.flash[-1], law.contact_fraction, contacts)
 
     def solve(self, points: int | None = None, members: int | None = None) -> Found:
         """Return solved contacts of drawn surfaces."""
@@ -305,13 +305,18 @@ def coverage(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
                 area = AREA * value if kind == "rate" else 0.0
                 drawing = [2 * float(row[f"{key} error"]) for row in (theory, solved)]
                 within.append(abs(value - other) <= np.linalg.norm([form, area, *drawing]))
-        shares[f"within_{kind}"] = 100 * float(np.mean(within)) if within else float("nan")
+        if not within:
+            continue
+        shares[f"within_{kind}"] = 100 * float(np.mean(within))
         print(f"{kind}: {np.sum(within)} of {len(within)} within the band")
     return shares
 
 
 def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
-    """Print theory and solved contacts side by side; return the rms departures, of T/T_flash and in % of a rate."""
+    """Print theory and solved contacts side by side; return departures, of T/T_flash and in % of a rate.
+
+    They are the rms, and that of 95 %.
+    """
     numbers = {}
     print("quantiles of T/T_flash by heat, and rates over that of the nominal area at T_flash")
     print("theory / solved ± standard error of both")
@@ -340,7 +345,10 @@ def table(rows: dict[str, tuple[Row, Row]]) -> dict[str, float]:
             shown, unit = (100 * relative, " %") if kind == "rate" else (off, "")
             worst = shown.flat[np.abs(shown).argmax()]
             numbers[f"{kind}_{name:g}"] = rms = float(np.sqrt(np.mean(shown**2)))
-            print(f"{kind} {name:g}: theory − solved rms {rms:.2g}, worst {worst:+.2g}{unit}")
+            numbers[f"{kind}_{name:g}_95"] = most = float(np.quantile(np.abs(shown), 0.95))
+            print(
+                f"{kind} {name:g}: theory − solved rms {rms:.2g}, 95 % {most:.2g}, worst {worst:+.2g}{unit}"
+            )
     return numbers
 
 
@@ -363,14 +371,15 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
     with new_figure(path, 3.3) as figure:
         panels = figure.subplots(1, 2)
         for axes, kind, names in ((panels[0], "quantile", SHARES), (panels[1], "rate", ENERGIES)):
-            for name, (theory, solved) in rows.items():
-                for speed, marker in zip(FIRST.speeds, "o^", strict=True):
+            for contact, (theory, solved) in rows.items():
+                speeds = [*_speeds_of(contact, solved)]
+                for speed, marker in (speeds[0], "o"), (speeds[-1], "^"):
                     keys = [f"{speed} {kind} {each:g}" for each in names]
                     x, y = ([float(row[key]) for key in keys] for row in (solved, theory))
                     errors = [
                         [2 * float(row[f"{key} error"]) for key in keys] for row in (solved, theory)
                     ]
-                    style: dict[str, Any] = {"fmt": marker, "color": COLOURS[name[0]], "lw": 0.8}
+                    style: dict[str, Any] = {"fmt": marker, "color": COLOURS[contact[0]], "lw": 0.8}
                     axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], **style)
             limits = np.array(axes.get_xlim())
             axes.plot(limits, limits, color="0.6", lw=0.8)
@@ -455,13 +464,17 @@ def main() -> None:
         if c.name in solved
     }
     if found:
-        numbers = table(found)
-        for name in ("band", "judge"):
+        numbers = {}
+        for name in PARTS:
             chosen = {
                 contact: rows for contact, rows in found.items() if _part_of(contact) is PARTS[name]
             }
-            print(f"part {name}:")
-            numbers |= {f"{name}_{key}": share for key, share in coverage(chosen).items() if chosen}
+            if chosen:
+                print(f"part {name}:")
+                numbers |= {
+                    f"{name}_{key}": each
+                    for key, each in (table(chosen) | coverage(chosen)).items()
+                }
         draw(found, options.output / "reactions.png")
         if options.evidence:
             show_on_pages(options.output / "reactions.png")
