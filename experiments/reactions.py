@@ -465,10 +465,8 @@ def main() -> None:
     }
     if found:
         numbers = {}
-        for name in PARTS:
-            chosen = {
-                contact: rows for contact, rows in found.items() if _part_of(contact) is PARTS[name]
-            }
+        for name, part in PARTS.items():
+            chosen = {contact: rows for contact, rows in found.items() if _part_of(contact) is part}
             if chosen:
                 print(f"part {name}:")
                 numbers |= {
