@@ -135,20 +135,19 @@ def _spacing(law: YieldingSpectrum) -> float:
 def _steps(diffusion: Diffusion, shares: Shares) -> tuple[Array, Array]:
     """Return β of each shell, m, (n,), and the variance of the noise laid there at each pressure, m² Pa², (n + 1, m).
 
-    The first row of the noise lies before all shells.
+    The first row of the noise lies before all shells. That of the wavenumber of the shell itself, 2·10⁻⁴ of ⟨T²⟩, is
+    left out.
     """
-    q, beside = np.exp(shares.place), np.exp(shares.grid)
-    kept = shares.kept / shares.grown
-    slope = kept / q + shares.beside @ (1 / beside)
-    own = kept * (1 / q - slope) ** 2
+    beside = np.exp(shares.grid)
+    slope = shares.kept / shares.grown / np.exp(shares.place) + shares.beside @ (1 / beside)
     sides = shares.beside * (1 / beside - slope[:, None]) ** 2
-    return slope, _laid(diffusion, shares, own, sides)
+    return slope, _laid(diffusion, shares, sides)
 
 
-def _laid(diffusion: Diffusion, shares: Shares, own: Array, sides: Array) -> Array:
-    """Lay the noise of each shell over its growth: its `own` at q, (n,), and from `sides` at each Q, (n, Q), m²."""
+def _laid(diffusion: Diffusion, shares: Shares, sides: Array) -> Array:
+    """Lay the noise of each shell over its growth, from `sides` at each Q, (n, Q), m²."""
     coarse = shares.grid < shares.place[:, None]
-    local = own + np.where(coarse, 0.0, sides).sum(axis=1)
+    local = np.where(coarse, 0.0, sides).sum(axis=1)
     result = np.zeros((local.size + 1, diffusion.pressure.size))
     result[1:] = local[:, None] * diffusion.growth
     sides = np.where(coarse, sides, 0.0)
