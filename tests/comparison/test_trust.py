@@ -52,7 +52,7 @@ def test_each_observable_has_the_band_that_was_found_for_it(capped_run):
     bands = {
         "flash_temperature": 0.07,
         "pressure_variance": 0.09,
-        "contact_fraction": 0.06,
+        "contact_fraction": 0.1,
         "plastic_fraction": 0.5,
     }
     known = trust(capped_run.scene)
