@@ -8,7 +8,7 @@ others were seen while the form was chosen. `--draw` writes it again. reference/
 
 `--solve` slides what is not there yet, into reference/two_bodies_slides.json: a cell of 4 mm with the longest waves
 four times a side, and 256² points; 144² and 160² in the later parts, where C(q) ends sooner. Cells of 8 and 16 mm give
-the same.
+the same. The last part, to nearly full contact and of both bodies, has 48² (3 pixels per shortest wave) or 96² points.
 Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they have taken 1000 steps. Means over the
 last half of the slid distance are compared with the theory at those very distances, for C(q) up to the q_max of the
 slide. The error of the pixel goes with its power 1 to 1.5: one slide with half the pixel shows it, and ln of the ratio
@@ -25,7 +25,19 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from reference.pairs import CELL, FIRST, FRESH, MODULUS, PARTS, SECOND, Pair, drawn, points, write
+from reference.pairs import (
+    CELL,
+    DENSE,
+    FIRST,
+    FRESH,
+    MODULUS,
+    PARTS,
+    SECOND,
+    Pair,
+    drawn,
+    points,
+    write,
+)
 from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
@@ -35,6 +47,8 @@ from roughsim.sliding.path import oblique_path
 LIST = Path(__file__).parent / "reference" / "two_bodies_points.json"
 SLIDES = LIST.with_name("two_bodies_slides.json")
 SPEEDS = ("slow", "fast")
+BODIES = {"": "flash_temperature", " resting": "resting_flash_temperature"}  # the latter later
+NAMES = tuple(f"{speed}{body}" for body in BODIES for speed in SPEEDS)
 MEMBERS, ENOUGH, STEPS = (
     (2, 12),
     0.008,
@@ -52,12 +66,16 @@ def late(pair: Pair, points: int) -> np.ndarray:
 
 
 def expected(pair: Pair, points: int) -> np.ndarray:
-    """Return T_flash in theory at the steps of a slide, mean over the last half, K, (speeds,)."""
+    """Return T_flash in theory at the steps of a slide, mean over the last half, K, by `NAMES`."""
     distances = late(pair, points)
     few = np.unique(np.linspace(0, distances.size - 1, 8).round().astype(int))  # it varies smoothly
     theory = pair.theory(distances[few], np.array(pair.speeds)[:, None])
     return np.array(
-        [np.interp(distances, distances[few], row).mean() for row in theory.flash_temperature]
+        [
+            np.interp(distances, distances[few], row).mean()
+            for name in BODIES.values()
+            for row in getattr(theory, name)
+        ]
     )
 
 
@@ -85,8 +103,9 @@ def slid(pair: Pair, points: int, member: int) -> rs.Slide:
 
 
 def slide(pair: Pair, points: int, member: int) -> np.ndarray:
-    """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, (speeds,)."""
-    return slid(pair, points, member).flash_temperature[:, -late(pair, points).size :].mean(axis=1)
+    """Slide one pair of faces; return T_flash, mean over the last half of the distance, K, by `NAMES`."""
+    found, last = slid(pair, points, member), -late(pair, points).size
+    return np.concatenate([getattr(found, name)[:, last:].mean(axis=1) for name in BODIES.values()])
 
 
 def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Row:
@@ -96,7 +115,7 @@ def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Ro
     rows: list[np.ndarray] = []
     while len(rows) < members[1]:
         rows.append(np.log(slide(pair, points, len(rows))))
-        error = np.std(rows, axis=0, ddof=1) / sqrt(len(rows)) if len(rows) > 1 else np.full(2, inf)
+        error = np.std(rows, axis=0, ddof=1) / sqrt(len(rows)) if len(rows) > 1 else np.full(4, inf)
         walked = len(rows) * pair.distance / CELL * points
         if len(rows) >= members[0] and (error.max() < ENOUGH or walked > STEPS):
             break
@@ -106,7 +125,7 @@ def solve(pair: Pair, members: tuple[int, int], points: int | None = None) -> Ro
         "seconds": time.process_time() - start,
     }
     mean = np.exp(np.mean(rows, axis=0))
-    for k, name in enumerate(SPEEDS):
+    for k, name in enumerate(NAMES):
         row |= {f"{name} flash": mean[k], f"{name} error": error[k]}
     return row
 
@@ -119,19 +138,19 @@ def refine(pair: Pair, points: int | None = None) -> Row:
     points = points or pair.drawn.points
     coarse, fine = (np.log(slide(pair, n, 0) / expected(pair, n)) for n in (points, 2 * points))
     change = fine - coarse
-    return dict(zip(SPEEDS, change.tolist(), strict=True))
+    return dict(zip(NAMES, change.tolist(), strict=True))
 
 
 def compared(pair: Pair, row: Row, change: Row) -> dict[str, np.ndarray]:
-    """Return ln of slide over theory, (speeds,), corrected for the pixel and not, and the standard error."""
-    raw = np.log([float(row[f"{name} flash"]) for name in SPEEDS]) - np.log(
-        expected(pair, int(row["points"]))
-    )
+    """Return ln of slide over theory by `NAMES`, corrected for the pixel and not, and the standard error."""
+    names = [name for name in NAMES if f"{name} flash" in row]
+    theory = expected(pair, int(row["points"]))[: len(names)]
+    raw = np.log([float(row[f"{name} flash"]) for name in names]) - np.log(theory)
     beyond = 1 + np.mean([1 / (2**order - 1) for order in ORDERS])
     return {
-        "corrected": raw + beyond * np.array([float(change[name]) for name in SPEEDS]),
+        "corrected": raw + beyond * np.array([float(change[name]) for name in names]),
         "as it is": raw,
-        "error": np.array([float(row[f"{name} error"]) for name in SPEEDS]),
+        "error": np.array([float(row[f"{name} error"]) for name in names]),
     }
 
 
@@ -142,10 +161,8 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
     )
     for pair, values in found.items():
         texts = []
-        for k, speed in enumerate(pair.speeds):
-            corrected, raw, error = (
-                100 * values[key][k] for key in ("corrected", "as it is", "error")
-            )
+        columns = (100 * values[key] for key in ("corrected", "as it is", "error"))
+        for speed, corrected, raw, error in zip(2 * pair.speeds, *columns, strict=False):
             texts.append(f"{speed:6.3g} m/s {corrected:+5.1f} ± {error:.1f} ({raw:+5.1f})")
         print(f"{pair.name} f {pair.part:4.2f} {1e3 * pair.distance:6.2f} mm  " + "   ".join(texts))
     chosen: dict[str, list[Pair]] = {}
@@ -170,13 +187,13 @@ def table(found: dict[Pair, dict[str, np.ndarray]]) -> None:
             texts.append(
                 f"{key} rms {np.sqrt(np.mean(values**2)):.3f} worst {worst:+.3f} mean {values.mean():+.3f}"
             )
-        print(f"{title}, {2 * len(pairs)} temperatures: " + "; ".join(texts))
+        print(f"{title}, {len(pairs)} pairs: " + "; ".join(texts))
 
 
 def of_page(found: dict[Pair, dict[str, np.ndarray]]) -> dict[str, float]:
     """Return numbers of docs/sliding.md: T_flash of the theory over that of slides, rms, least and most, %."""
     numbers: dict[str, float] = {}
-    for name, parts in (("seen", (FIRST, SECOND)), ("fresh", (FRESH,))):
+    for name, parts in (("seen", (FIRST, SECOND)), ("fresh", (FRESH,)), ("dense", (DENSE,))):
         logs = -np.concatenate(
             [values["corrected"] for pair, values in found.items() if pair.drawn in parts]
         )
@@ -191,7 +208,7 @@ def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
     figure = Figure(figsize=(6.0, 3.2), layout="constrained")
     axes = figure.subplots()
     for pair, values in found.items():
-        for k, marker in enumerate("o^"):
+        for k, marker in enumerate("o^sD"[: values["error"].size]):
             ratio, error = exp(values["corrected"][k]), 2 * values["error"][k]
             axes.errorbar(
                 1e3 * pair.distance, ratio, error, fmt=marker, ms=4, color=COLOURS[pair.kind]

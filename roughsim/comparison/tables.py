@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from math import isnan
 from typing import Any
 
 import numpy as np
@@ -193,15 +192,9 @@ def sliding_note(scene: Scene) -> str:
     """Return a note on the theory of the column sliding, with its accuracy."""
     if prediction.calibrated(scene).stress_spectrum is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
-    error = prediction.sliding_error(scene)
-    within = (
-        "with an unknown error, as the bodies are unlike and the contact dense"
-        if isnan(error)
-        else f"within {error:.0%} of slides"
-    )
     return (
         f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "
-        f"{within}; mean over the last half of the slid distance."
+        f"within {prediction.sliding_error(scene):.0%} of slides; mean over the last half of the slid distance."
     )
 
 

@@ -1,6 +1,6 @@
 """The error of the theory of two sliding bodies, beside full contact, which is exact wave by wave."""
 
-from math import isnan, nan
+from math import isnan
 
 import numpy as np
 import pytest
@@ -100,15 +100,13 @@ def pairs_of_bodies():
 
 
 @pytest.mark.parametrize(("moving", "resting", "part"), [*pairs_of_bodies()])
-def test_full_contact_is_in_the_band_or_there_is_none(moving, resting, part):
+def test_full_contact_is_in_the_band(moving, resting, part):
     pressure = full_pressure(scene_of(moving, resting, part, 1e8))
     scene = scene_of(moving, resting, part, pressure)
     exact = full_contact(scene, part, moving, resting, pressure)
     found = prediction.sliding_prediction(scene).flash_temperature
-    error = sliding_error(scene)
-    like = {moving, resting} == {"steel", "hot steel"}
-    assert isnan(error) == (part >= 0.5 and not like)
-    np.testing.assert_allclose(found, exact, rtol=0.08 if isnan(error) else error)
+    assert sliding_error(scene) >= 0.06
+    np.testing.assert_allclose(found, exact, rtol=0.06)
 
 
 @pytest.mark.parametrize("part", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
@@ -123,32 +121,10 @@ def test_full_contact_does_not_depend_on_the_background(moving, resting, part):
     )
 
 
-@pytest.mark.parametrize(
-    ("moving", "resting", "part", "pressure", "error"),
-    [
-        ("steel", "hot steel", 0.8, 2e7, 0.08),  # A below .3
-        ("steel", "hot steel", 0.4, 3e9, 0.08),
-        ("steel", "hot steel", 0.8, 3e9, 0.25),
-        ("titanium", "brass", 0.4, 3e9, 0.08),
-        ("titanium", "brass", 0.8, 2e7, 0.08),
-        ("titanium", "brass", 0.8, 3e9, nan),
-        ("light", "steel", 0.8, 3e9, nan),
-    ],
-)
-def test_the_band_is_of_part_area_and_bodies_everywhere(moving, resting, part, pressure, error):
-    scene = scene_of(moving, resting, part, pressure)
-    assert sliding_error(scene) == pytest.approx(error, nan_ok=True)
-
-
-@pytest.mark.parametrize(
-    ("moving", "part", "words"),
-    [("steel", 0.8, "within 25% of slides"), ("titanium", 0.8, "with an unknown error")],
-)
-def test_the_error_is_in_json_and_notes(moving, part, words):
-    scene = scene_of(moving, "brass" if moving == "titanium" else "hot steel", part, 3e9)
-    error = sliding_error(scene)
-    assert theory_dict(scene)["calibrated"]["sliding"]["error"] == (None if isnan(error) else error)
-    assert words in sliding_note(scene)
+def test_the_error_is_in_json_and_notes():
+    scene = scene_of("titanium", "brass", 0.8, 3e9)
+    assert theory_dict(scene)["calibrated"]["sliding"]["error"] == sliding_error(scene)
+    assert "within 8% of slides" in sliding_note(scene)
 
 
 def test_outside_the_law_no_error_is_known():
