@@ -24,7 +24,7 @@ _ERROR = 0.08  # of T_flash, 95 %, of 108 pairs from A = .06 to full contact, κ
 CONTINUED = 0.025
 FURTHEST = 16.0  # whole slid distance over the followed one: further was not compared
 # κ of the resting over that of the moving body. Elastic contact of a flat moving face, from one length of the cell to
-# eight: T_flash errs by up to 1.4, 2.9, 5.2 % at 3, 10 and 100, the share by 2.4, 3.8, 5.2 %; to sixteen the share
+# eight: T_flash errs by up to 0.9, 1.8, 4.3 % at 3, 10 and 100, the share by 2.2, 3.3, 5.2 %; to sixteen the share
 # by 1.9 % at 1.4 and 3.2 % at 3. Of two faces equally rough the share errs by 3.6 % at 100. As in
 # tests/sliding/test_slides_continued.py
 _CONTRAST = 2.0
