@@ -55,6 +55,7 @@ MEMBERS, ENOUGH, STEPS = (
     1000,
 )  # standard error, and steps of all members, at which there are enough
 GOLDEN = (sqrt(5) - 1) / 2
+STATED = 0.08  # error of T_flash of the moving body
 LAST = 0.5  # share of the slid distance over which means are taken
 COLOURS = {"A": "#0072b2", "B": "#d55e00", "E": "#009e73"}
 
@@ -200,6 +201,8 @@ def of_page(found: dict[Pair, dict[str, np.ndarray]]) -> dict[str, float]:
         off, rms = 100 * np.expm1(logs), 100 * np.sqrt(np.mean(logs**2))
         numbers |= {f"{name}_temperatures": logs.size, f"{name}_rms": rms}
         numbers |= {f"{name}_least": off.min(), f"{name}_most": off.max()}
+    moving = [values["corrected"][:2] for pair, values in found.items() if pair.drawn is DENSE]
+    numbers["dense_within"] = 100 * np.mean(np.abs(np.expm1(-np.concatenate(moving))) <= STATED)
     return numbers
 
 
