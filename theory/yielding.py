@@ -79,8 +79,8 @@ ONSET = 1.7  # q/q_max at which half of the tail has set in: sums of two waves r
 LACKING = 0.09  # share of light elastic contact that the walls lack: of 168 elastic and 66 yielded contacts
 RIM = 7.0  # D/σ_P² at which 1/e of the variance missing from full yield is truly missing
 # the worst over 91 drawn contacts and 200 on a grid is 4.5 % of T_flash and 2.9 % of g_σ(0), over contacts with gaps in
-# C(q) 4.1 % and 5.8 %. The contact area was up to 4.3 % off, with gaps 9.1 %, the yielded area half to 1.4 times as large
-# where little has yielded, A_pl/A ≤ .1; of other quantities no band is known
+# C(q) 4.1 % and 5.8 %. The contact area was up to 4.3 % off, with gaps 9.1 %, the yielded area from half to 1.4 times
+# as large where little has yielded, A_pl/A ≤ .1; of others no band is known
 ERROR_BANDS = {
     "flash_temperature": 0.07,
     "pressure_variance": 0.09,

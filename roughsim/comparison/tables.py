@@ -192,9 +192,11 @@ def sliding_note(scene: Scene) -> str:
     """Return a note on the theory of the column sliding, with its accuracy."""
     if prediction.calibrated(scene).stress_spectrum is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
+    error = prediction.sliding_error(scene)
+    within = f"within {error:.0%} of slides" if error > 0.0 else "with an unknown error"
     return (
         f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "
-        f"within {prediction.sliding_error(scene):.0%} of slides; mean over the last half of the slid distance."
+        f"{within}; mean over the last half of the slid distance."
     )
 
 
