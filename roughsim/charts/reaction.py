@@ -86,10 +86,11 @@ def _lines(found: Estimate, along: str) -> Lines:
 
 
 def points_of(line: Estimate, column: str) -> tuple[Array, Estimate, Array | None]:
-    """Return the places of a line, a column of it, and the calibrated theory; None beside the column sliding."""
+    """Return the places of a line, a column of it, and the calibrated theory; None where there is none."""
     one, theory = line.sel(column=column), None
     if theories.CALIBRATED in line.coords["column"]:
-        theory = line.sel(column=theories.CALIBRATED).mean
+        found = line.sel(column=theories.CALIBRATED).mean
+        theory = found if np.isfinite(found).any() else None
     (places,) = one.coords.values()
     return places, one, theory
 
@@ -136,8 +137,9 @@ def _check_motion(subject: Subject) -> None:
 
 
 def _title(subject: Subject) -> str:
-    dashed = "" if subject.column == SLIDING else "; dashed: calibrated theory"
     angles = subject.run.scene.first_direction.values()
+    none = subject.column == SLIDING or angles  # no theory, as of faces with a lay
+    dashed = "" if none else "; dashed: calibrated theory"
     at = "".join(f", sliding at {degrees(angle):.4g}°" for angle in angles)
     words = f"{subject.column} contact{at}, total errors 95 %{dashed}"
     return under_title(subject.run.scene.title, words)

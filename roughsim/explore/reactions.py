@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from bokeh import models
 from bokeh.layouts import row
 from bokeh.plotting import figure
@@ -57,7 +58,8 @@ class ReactionView:
                 places, one, theory = points_of(line, self.column)
                 ends = ends_of_errors(one.mean, one.total_error, log=panel == RATES)
                 x, y = (one.mean, places) if panel == HOTTER else (places, one.mean)
-                source.data = {"x": x, "y": y, "theory": theory, **ends}
+                dashed = np.full(len(places), np.nan) if theory is None else theory
+                source.data = {"x": x, "y": y, "theory": dashed, **ends}
 
     def _figure(self, panel: str, names: list[str]) -> Any:
         """Make a figure with a line, its errors and its theory for each name."""

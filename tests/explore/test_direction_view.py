@@ -8,6 +8,7 @@ from small_scene import CAPPED
 from tasks_at_once import Now
 
 import roughsim as rs
+from roughsim.charts.reaction import points_of, reaction_lines
 from roughsim.explore.content import OVER_SPEED, WatchedRun
 from roughsim.scene import parse_scene
 
@@ -59,6 +60,10 @@ def test_curves_are_in_the_chosen_direction(grooved, chosen):
     name = "temperature_quantile_05"
     quantile = run.estimate(name, "capped").sel(speed=35.0, **label).mean
     assert hottest[0] == pytest.approx(float(quantile))
+    # quantiles of a face with a lay have no law, which neither page nor chart draws
+    assert np.isnan(page.reactions.sources["hotter"][0].data["theory"]).all()
+    lines = reaction_lines(run, "capped", label["direction"])
+    assert points_of(lines["hotter"]["of the heat"], "capped")[2] is None
 
 
 def test_isotropic_faces_have_no_choice_of_direction(page):
