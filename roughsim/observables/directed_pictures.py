@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
 from roughsim.grid import Array, Complex, Grid
 from roughsim.heat.periodic import MovingSource, response_of
@@ -20,9 +21,10 @@ _NODES, _FEW = 16, 2  # over a part of a box near there, and over a side of the 
 _ACROSS = 3  # nodes on the other side of a box near there
 _LEAST = 1e-3  # of the width of a box across sliding: where it holds q = 0 or comes near
 _MOST_TURNS = 60.0  # rad: more of a long exposure or slide are small beside the waves near q·v = 0
+_KEPT = 2**20  # points up to which 32 sources are remembered, in 64 MB
 _BLOCK = 1 << 12  # waves at once
 Side = tuple[float, float]  # of a box along and across sliding, rad/m
-_FINER = 16  # steps of q across sliding in one of the waves: cosines between them are linear to 1e-3 at half the cell
+_FINER = 16  # steps of q across sliding in one of the waves: cosines between them are linear to 5e-3 at half the cell
 
 
 def variance_of(amplitude: Complex, grid: Grid) -> Array:
@@ -60,13 +62,15 @@ def _turned(grid: Grid, source: MovingSource) -> tuple[Array, Array]:
     return ux * qx + uy * qy, ux * qy - uy * qx
 
 
-# .2 to 1 s for 512² points; the grids of a run come in turn
-@lru_cache(maxsize=32)
-def mean_squares_of_waves(grid: Grid, source: MovingSource) -> Array:
+def mean_squares_of_waves(grid: Grid, source: MovingSource) -> NDArray[np.float32]:
     """Return ⟨|F|²⟩ over the box of each wave of the half spectrum, m²; 0 of q = 0.
 
     Waves at the Nyquist wavenumber count with one sign.
     """
+    return (_remembered if grid.points <= _KEPT else _mean_squares)(grid, source)
+
+
+def _mean_squares(grid: Grid, source: MovingSource) -> NDArray[np.float32]:
     rate = math.hypot(*source.drift)
     ux, uy = (part / rate for part in source.drift)
     dx, dy = grid.mode_spacing
@@ -79,7 +83,7 @@ def mean_squares_of_waves(grid: Grid, source: MovingSource) -> Array:
         lengths += [source.lens.smear, source.lens.contact_length]
     turns = min(width * max(filter(math.isfinite, lengths), default=0.0), _MOST_TURNS)
     near = np.abs(along) < _NEAR * width / 2
-    found = np.empty(along.size)
+    found = np.empty(along.size, np.float32)
     for waves, count, mean in (
         (np.flatnonzero(near), _NODES + int(2 * turns), _mean_near),
         (np.flatnonzero(~near), _FEW + int(turns / 2), _mean_far),
@@ -90,6 +94,10 @@ def mean_squares_of_waves(grid: Grid, source: MovingSource) -> Array:
     found[0] = 0.0
     found.flags.writeable = False
     return found.reshape(grid.half_shape)
+
+
+# .2 to 1 s for 512² points; the grids of a run come in turn
+_remembered = lru_cache(maxsize=32)(_mean_squares)
 
 
 def _mean_far(
