@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import roughsim as rs
+from roughsim.scene.scans import _with_lay
+from roughsim.surface.topography import Profile
 from roughsim.surface.topography.line_lay import Line, lay_of_lines, stretch
 
 COUNT, STEP = 4096, 2e-6
@@ -44,6 +46,24 @@ def test_three_lines_give_the_direction():
     gamma, grooves = lay_of_lines(lines)
     assert gamma == pytest.approx(3.0, rel=0.15)
     assert grooves == pytest.approx(0.4, abs=0.06)
+
+
+def test_lines_of_other_steps_and_lengths():
+    along, across = (waves(angle, 3.0, 0.0) for angle in (0.0, math.pi / 2))
+    coarse = Line(along.heights[:-1024:2], 0.75 * along.length, 0.0)
+    assert lay_of_lines([coarse, across])[0] == pytest.approx(3.0, rel=0.12)
+
+
+def test_lines_become_those_of_the_isotropic_face():
+    lines = [waves(angle, 3.0, 0.0) for angle in (0.0, math.pi / 2)]
+    profiles = [Profile(line.heights, line.length, False, 1e5) for line in lines]
+    section = {"topography_direction": ["0 deg", "90 deg"]}
+    (along, across), keys = _with_lay(profiles, section)
+    root = math.sqrt(keys["lay"])
+    assert along.length == pytest.approx(COUNT * STEP / root)
+    assert across.length == pytest.approx(COUNT * STEP * root)
+    assert along.reliable == pytest.approx(1e5 * root)
+    assert across.reliable == pytest.approx(1e5 / root)
 
 
 def test_the_stretch_of_lines():
