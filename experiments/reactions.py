@@ -149,7 +149,7 @@ class Drawn:
         """The heat of all of its speeds."""
         return HeatSource([*self.part.speeds.values()], 1.0, 1.0, DIFFUSIVITY)
 
-    def theory(self, points: int | None = None, fields: int = 16) -> Found:
+    def theory(self, points: int | None = None, fields: int = 8) -> Found:
         """Return drawn fields."""
         points = points or self.part.points
         spectrum = self.spectrum(points)

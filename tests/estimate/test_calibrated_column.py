@@ -160,10 +160,10 @@ def test_fields_corrected_at_rest_lack_contact_without_heat():
     # the hotter side evener, with the mean restored
     assert 6.0 * x**1.5 < fields.quantile_of(found, name).errors["form"] < 12.0 * x**1.5
     by_area = [fields.quantile_of(one, other).errors["form"] for one in (found, plain)]
-    assert by_area[0] == pytest.approx(by_area[1], rel=1e-12)
+    assert by_area[0] > by_area[1]
     *_, warm = contacts._displaced(found.samples[-1], np.array(0.12), found.shifts)
     growth = warm.bins.temperature / found.samples[-1].bins.temperature
-    np.testing.assert_allclose(growth, 1.0 + 0.12 * 0.7, rtol=1e-12)
+    np.testing.assert_allclose(growth, 1.0 + 0.12 * 0.5, rtol=1e-12)
 
 
 STRETCH = np.array([1.5])
