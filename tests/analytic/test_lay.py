@@ -332,6 +332,25 @@ def test_the_frame_has_equal_slopes_and_all_waves():
     np.testing.assert_allclose(got, exact, rtol=3e-3)
 
 
+class Turning(Sum):
+    """C(q)[1 + .6 cos 2(φ − ψ)], ψ from .3 to 1.2 over C(q)."""
+
+    def at(self, q, angle):
+        turn = 0.3 + 0.3 * np.log(q / 2e4)
+        return PowerLaw()(q) * (1 + 0.6 * np.cos(2 * (np.asarray(angle) - turn)))
+
+
+def test_waves_of_a_turning_lay_keep_their_sides():
+    frame, face = slope_frame.slope_frame(Turning()), Turning()
+    q, angle = np.array([4e4, 2e5]), np.array([0.3, 1.1, 2.0, 2.8])
+    m = sqrt(frame.lay)
+    x, y = np.cos(angle) * q[:, None] / m, np.sin(angle) * q[:, None] * m
+    harmonics = frame.directions.at(q)[:, None] * frame.directions.waves(angle)
+    exact = face.at(np.hypot(x, y), np.arctan2(y, x) + frame.angle)
+    got = frame.spectrum(q)[:, None] * harmonics.sum(axis=-1)
+    np.testing.assert_allclose(got, exact, rtol=5e-3)
+
+
 def test_light_contact_of_waves_of_own_lays_is_softer():
     # in the frame of an isotropic tensor an octave with (a − b)/(a + b) = .6 has √[(1 + .8)/2]
     rows = tuple(np.log(np.geomspace(1e4, 1e6, 41)).tolist())
