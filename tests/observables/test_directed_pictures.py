@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.ndimage import fourier_gaussian, gaussian_filter
-from scipy.special import wofz
+from scipy.optimize import brentq
+from scipy.special import ndtr, wofz
 from small_scene import CAPPED
 
 import roughsim as rs
@@ -194,6 +195,41 @@ def test_single_wave_is_blurred_by_its_true_length(angle):
     y = distances(sqrt(GRID.lengths[0] ** 2 + GRID.lengths[1] ** 2) / 2)
     across = qy * np.cos(angle) - qx * np.sin(angle)
     np.testing.assert_allclose(curve / curve[0], np.cos(across * y), atol=6e-3)
+
+
+def test_hottest_part_counts_older_heat():
+    speed, angle, lens = 5.0, 0.0, LOOKS["blurred"]
+    pressure, rate = contact(GRID), speed / D
+    wave = np.fft.rfft2(pressure) / GRID.points
+    variance = np.abs(wave) ** 2 * GRID.multiplicity
+    variance[0, 0] = 0.0
+    chord = GRID.lengths[0]
+    whole, young = (
+        float(np.sum(variance * boxes(GRID, angle, speed, lens, slid, (2, 240))))
+        for slid in (inf, chord / 2)
+    )
+    # the picture from rest over half the chord
+    qx, qy = GRID.wavevectors
+    square = qx**2 + qy**2
+    square[0, 0] = 1.0
+    root = np.sqrt(square - 1j * rate * qx)
+    response = (1 - _erfc(root * sqrt(chord / 2 / rate))) / root
+    response *= np.exp(-square * lens.resolution**2 / (16 * log(2)))
+    response[0, 0] = 0.0
+    field = np.fft.irfft2(wave * response, GRID.shape) * GRID.points
+    older = whole / young - 1
+    assert older > 0.02
+    own = field.std()
+
+    def hotter(value):
+        return float(np.mean(ndtr((field - value) / (own * sqrt(older))))) - 0.01
+
+    hottest = brentq(hotter, 0.0, 10 * own) / (own * sqrt(1 + older))
+    spectrum, _ = stress_spectrum(wave, GRID, gathering(GRID))
+    found = hottest_of(
+        pressure, GRID, spectrum, sliding_at([angle], speed), camera_at([angle], lens, speed)
+    )
+    assert found[0] == pytest.approx(0.11 * speed / 30 * sqrt(whole) * hottest, rel=5e-3)
 
 
 FREE = CAPPED.replace("lengths = [2e-3, 2e-3]\n", "")
