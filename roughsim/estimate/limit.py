@@ -18,8 +18,8 @@ from roughsim.grid import Array
 # share of the rest that is uncertain, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW, _OF_STEPS = 0.1, 0.25
 # of T_flash, by the law of elastic contact: what slow sliding gains an octave is so small a difference that the law
-# misses .1 % of T_flash in it, and its splines jump by as much with the end of C(q), as their knots lie e-folds apart
-_OF_ELASTIC = 0.002
+# misses .1 to .3 % of T_flash in it, the most at light loads; its splines, of knots e-folds apart, jump by .1 %
+_OF_ELASTIC = 0.004
 # of T_flash by the theory's shape: steps over those of the theory fall by a fifth an octave in wide spectra, so that .6
 # to 1 of the rest by its steps follows
 OF_SHAPE = 0.5

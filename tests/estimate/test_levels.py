@@ -108,7 +108,7 @@ def test_elastic_contact_by_the_law_is_known_no_better_than_its_steps(steel, for
     foretold.law = np.outer([3.9, 4.0, 4.0], np.ones(SPEEDS))
     values = values_of(elastic, "elastic", NAME, ladder(at_speeds(9.75, 10.0), (2e5, 4e5)))
     np.testing.assert_allclose(values.value, 10.0, rtol=1e-12)
-    np.testing.assert_allclose(values.errors["bandwidth"], 0.02, rtol=1e-9)
+    np.testing.assert_allclose(values.errors["bandwidth"], 0.04, rtol=1e-9)
 
 
 def test_where_no_law_holds_t_flash_goes_on_as_a_power(steel, asked):
@@ -163,7 +163,7 @@ def test_elastic_contact_goes_on_to_what_finer_grids_found(steps):
     )
     rest = found[-1] - rungs[-1]
     assert np.all(np.abs(values.value - found[-1]) < values.errors["bandwidth"])
-    of_rest = np.sqrt(values.errors["bandwidth"] ** 2 - (0.002 * rungs[-1]) ** 2)
+    of_rest = np.sqrt(values.errors["bandwidth"] ** 2 - (0.004 * rungs[-1]) ** 2)
     assert np.all(of_rest < 0.2 * rest)
 
 

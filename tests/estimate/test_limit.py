@@ -79,7 +79,7 @@ def test_what_a_law_does_not_resolve_adds_as_squares(sign):
         rungs = rungs_at([[sign * fall(x)] for x in q], q)
         limit = by_law(rungs, law_at(q[-2:]), elastic=True)
         follows = fall(16.0) - fall(END)
-        exact = np.hypot(of_rest * follows, 0.002 * fall(16.0))
+        exact = np.hypot(of_rest * follows, 0.004 * fall(16.0))
         assert limit.errors["bandwidth"][0] == pytest.approx(exact, rel=1e-9)
         assert limit.value[0] == pytest.approx(-sign * follows, rel=1e-12)
 
