@@ -19,9 +19,10 @@ from roughsim.observables import catalogue
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
-FILES = {path.name: path.read_text() for path in sorted(EXAMPLES.glob("*.py"))}
 SCENE = (EXAMPLES / "own.toml").read_text()
 ENTRY_POINTS = tomllib.loads((EXAMPLES / "pyproject.toml").read_text())["project"]["entry-points"]
+MODULES = {place.partition(":")[0] for group in ENTRY_POINTS.values() for place in group.values()}
+FILES = {f"{name}.py": (EXAMPLES / f"{name}.py").read_text() for name in sorted(MODULES)}
 SCRIPT = """
 import dataclasses, json
 from pathlib import Path
