@@ -149,7 +149,7 @@ class Scene(Record):
     @cached_property  # asked for with each spectrum, and by two faces that slide
     def faces(self) -> tuple[Face, ...]:
         """C(q) of each rough face, m⁴: one or two."""
-        directed = self.scanned_lay is not None
+        directed = self.directed_angle is not None
         face, other = _face_spectrum(self.surface, directed), self.counterface
         if other is None or not (other.like or other.rough):
             return (face,)
@@ -267,16 +267,16 @@ class Scene(Record):
     @property
     def directions(self) -> tuple[float, ...]:
         """Directions of sliding with results of their own, radians from x; none of isotropic faces."""
-        lay = self.scanned_lay
+        lay = self.directed_angle
         if lay is None and self.lay == 1.0:
             return ()
         return self.sliding.direction or tuple((lay or 0.0) + turn for turn in _DIRECTIONS)
 
     @property
-    def scanned_lay(self) -> float | None:
-        """The angle of the lay of a scan with which surfaces are drawn, radians; None without one.
+    def directed_angle(self) -> float | None:
+        """The angle from which directions of surfaces drawn by C(q⃗) count, radians; None if they are not so drawn.
 
-        It is 0 of faces whose lays differ. Where contact slides, or with tables over temperature, surfaces are
+        It is that of the lay of a scan, 0 of faces whose lays differ. Where contact slides, or with tables over temperature, surfaces are
         isotropic.
         """
         if self.sliding.history == SLIDING or self.tables:

@@ -47,7 +47,7 @@ def scene_of(folder, ratio, **sliding):
 
 def test_a_scan_with_a_lay_has_directions_about_it(tmp_path):
     content, scene = scene_of(tmp_path, 5.0)
-    lay = scene.scanned_lay
+    lay = scene.directed_angle
     assert abs(lay - LAY) < 0.05
     assert scene.directions == pytest.approx([lay, lay + math.pi / 4, lay + math.pi / 2])
     assert scene.headings == pytest.approx(scene.directions)
