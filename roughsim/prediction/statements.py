@@ -88,7 +88,10 @@ def _of_textures(scene: Scene) -> Iterator[Remark]:
             of_face = f" of [{face}]" * (len(scene.textures) > 1)
             of = f" of map {number}" * (len(maps) > 1) + of_face
             drawn = "of the map; drawn surfaces are isotropic"
-            if scene.directed_angle is not None and scene.sections_of_faces[face].directed is not None:
+            if (
+                scene.directed_angle is not None
+                and scene.sections_of_faces[face].directed is not None
+            ):
                 drawn = (
                     "of the map, whose directions drawn surfaces have, but not its shape: `roughsim press` gives the "
                     "ratio of both"
@@ -189,7 +192,9 @@ def cautions(
 def texture_warnings(scene: Scene) -> Iterator[Remark]:
     """Yield a warning for each difference between surfaces drawn from C(q) and the map that it was measured on."""
     for face, maps in scene.textures.items():
-        drawn = scene.directed_angle is not None and scene.sections_of_faces[face].directed is not None
+        drawn = (
+            scene.directed_angle is not None and scene.sections_of_faces[face].directed is not None
+        )
         lines = (line for texture in maps for line in texture.warnings(face, drawn=drawn))
         yield from dict.fromkeys(lines)
 

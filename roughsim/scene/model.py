@@ -276,8 +276,8 @@ class Scene(Record):
     def directed_angle(self) -> float | None:
         """The angle from which directions of surfaces drawn by C(q⃗) count, radians; None if they are not so drawn.
 
-        It is that of the lay of a scan, 0 of faces whose lays differ. Where contact slides, or with tables over temperature, surfaces are
-        isotropic.
+        It is that of the lay of a scan, 0 of faces whose lays differ. Where contact slides, or with tables over
+        temperature, surfaces are isotropic.
         """
         if self.sliding.history == SLIDING or self.tables:
             return None
