@@ -130,7 +130,7 @@ def over_size(found, goal=1e-6):
 def main() -> None:
     command = Command(__file__, __doc__)
     command.add_argument(
-        "--sizes", type=int, nargs="+", default=[256, 512, 1024, 2048], help="points per side"
+        "--sizes", type=int, nargs="+", default=[256, 512, 1024], help="points per side"
     )
     command.add_argument("--longest", type=float, default=8.0, help="CPU seconds of a solve")
     options = command.parse()
