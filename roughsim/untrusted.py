@@ -225,7 +225,8 @@ def call_in_child(function: Callable[..., Any], *arguments: Any, seconds: float)
         assert child.stdin is not None
         assert child.stdout is not None
         try:
-            pickle.dump((function, arguments, seconds), child.stdin)
+            # relative paths are those of here, which may have changed since the child began
+            pickle.dump((function, arguments, seconds, os.getcwd()), child.stdin)
             child.stdin.flush()
             result, error = pickle.load(child.stdout)
         except (EOFError, BrokenPipeError):
@@ -286,12 +287,13 @@ def serve() -> None:
     answers.flush()
     while True:
         try:
-            function, arguments, seconds = pickle.load(sys.stdin.buffer)
+            function, arguments, seconds, folder = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
         _limit_cpu_time(seconds)
         result, error = None, None
         try:
+            os.chdir(folder)
             result = function(*arguments)
         except Exception as raised:
             error = raised

@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted(
     path for path in (ROOT / "experiments").glob("*.py") if path.stem != "script"
 )  # what they share
+TABLES_ALONE = "lay_camera", "lay_waves"
 
 
 @pytest.mark.slow
@@ -40,7 +41,8 @@ def test_the_toy_runs(script, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout
-    assert list(tmp_path.glob("*.png"))
+    if script.stem not in TABLES_ALONE:
+        assert list(tmp_path.glob("*.png"))
 
 
 @pytest.mark.slow

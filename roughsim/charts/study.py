@@ -143,7 +143,8 @@ def _draw_ratios(axes: Axes, curves: Mapping[str, Estimate], x: Along, column: s
 def _over(points: _Points, theory: _Points) -> _Points:
     """Return points over those of the theory; NaN where it has none."""
     below = np.interp(points.x, theory.x, theory.value) if theory.x.size else np.nan
-    return points._replace(value=points.value / below, error=points.error / below)
+    with np.errstate(all="ignore"):  # of what is 0 in theory
+        return points._replace(value=points.value / below, error=points.error / below)
 
 
 def _draw_curves(
@@ -170,7 +171,7 @@ def _draw_curves(
         handles=handles + _common_handles(every, column),
         loc="center left",
         bbox_to_anchor=(1.0, 0.5),
-        title=legend,
+        title=on_axis(legend),
         title_fontsize=8,
     )
 

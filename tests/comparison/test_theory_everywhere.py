@@ -89,7 +89,7 @@ def theory_line(axes):
 def theory_of_curve(path):
     """The theory of T_flash at the speed of the scene in the numbers of a figure."""
     with path.open() as file:
-        rows = [row for row in csv.DictReader(file) if row["panel"] == "Flash temperature"]
+        rows = [row for row in csv.DictReader(file) if row["panel"].endswith("Flash temperature")]
     (value,) = [
         row["y"] for row in rows if row["curve"].endswith(": theory") and float(row["x"]) == SPEED
     ]

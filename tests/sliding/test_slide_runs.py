@@ -389,7 +389,7 @@ def test_the_picture_over_the_distance_has_a_line_for_each_speed(run, tmp_path):
         "2 members",
         "1 m/s",
         "35 m/s",
-        "slid distance, mm",
+        "slid distance (mm)",
         "Share of the heat",
     ):
         assert words in text

@@ -215,7 +215,7 @@ def test_its_picture_has_four_positions_in_both_fields(sliding_run, tmp_path):
         "after 1.01 mm",
         "1 m/s",
         "realization 0",
-        ", GPa",
+        " (GPa)",
     ):
         assert words in text
     assert text.count("after ") == 4

@@ -174,7 +174,7 @@ def test_a_chart_has_a_curve_for_each_energy_or_the_energy_along_its_axis(asked,
     for name, over in drawn.items():
         path = rs.plot(asked, name, tmp_path / f"{name}.svg", over=over)
         assert (
-            "energy, eV" if name != "heat_share_above" else "temperature, K"
+            "energy (eV)" if name != "heat_share_above" else "temperature (K)"
         ) in path.read_text()
 
 

@@ -20,6 +20,12 @@ from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_fi
 SPIN = (re.match, "(a+)+$", "a" * 60 + "b")  # in C, for years
 
 
+def test_a_child_reads_relative_paths_of_the_present_folder(tmp_path, monkeypatch):
+    call_in_child(os.getpid, seconds=5.0)
+    monkeypatch.chdir(tmp_path)
+    assert call_in_child(os.getcwd, seconds=5.0) == str(tmp_path.resolve())
+
+
 def test_what_is_asked_is_answered_and_what_is_raised_there_is_raised_here():
     assert call_in_child(divmod, 17, 5, seconds=5.0) == (3, 2)
     with pytest.raises(FileNotFoundError, match="none"):
