@@ -43,6 +43,14 @@ DIRECTIONS = (0.0, pi / 4, pi / 2)
 FRICTION = 0.1
 
 
+def without_lay(face: Any) -> rs.SelfAffineSpectrum:
+    """Return C(q) of a face by its slope, exponents and ends."""
+    ends = {"q_min": face.q_min, "q_max": face.band * face.q_min}
+    return rs.SelfAffineSpectrum.from_rms_slope(
+        face.slope, hurst=face.hurst, q_roll_off=face.plateau * face.q_min, **ends
+    )
+
+
 @dataclass(frozen=True)
 class Face:
     """A face with a lay under load; SI."""
@@ -60,10 +68,7 @@ class Face:
     @property
     def spectrum(self) -> rs.SelfAffineSpectrum:
         """C(q) without the lay."""
-        ends = {"q_min": self.q_min, "q_max": self.band * self.q_min}
-        return rs.SelfAffineSpectrum.from_rms_slope(
-            self.slope, hurst=self.hurst, q_roll_off=self.plateau * self.q_min, **ends
-        )
+        return without_lay(self)
 
     def stress(self) -> lay.LayStress:
         """Return the stress by the law; ValueError outside its range."""

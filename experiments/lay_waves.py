@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from lay_points import BODY, FRICTION, MODULUS
+from lay_points import BODY, FRICTION, MODULUS, without_lay
 from scipy.special import erfinv
 from script import Command, Rows, write_evidence
 
@@ -56,10 +56,7 @@ class Face:
     @property
     def mean(self) -> rs.SelfAffineSpectrum:
         """C(q), the mean over directions; of crossed lays of each before it is stretched."""
-        ends = {"q_min": self.q_min, "q_max": self.band * self.q_min}
-        return rs.SelfAffineSpectrum.from_rms_slope(
-            self.slope, hurst=self.hurst, q_roll_off=self.plateau * self.q_min, **ends
-        )
+        return without_lay(self)
 
     @property
     def spectrum(self) -> DirectedSpectrum:

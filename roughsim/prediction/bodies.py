@@ -167,9 +167,8 @@ def groups(scene: Scene, speeds: Array) -> Iterator[tuple[list[int], Heating]]:
     return ((several, constants) for constants, several in indices.items())
 
 
-@lru_cache(
-    maxsize=1024
-)  # 6 ms for each number at a speed, with tables of μ or κ over temperature; .4 s with a lay
+# 6 ms for each number at a speed, with tables of μ or κ over temperature; .4 s with a lay
+@lru_cache(maxsize=1024)
 def heating(scene: Scene, speed: float) -> Heating:
     """Return μ, and κ and D of both bodies, at a speed, m/s; from tables at the temperature that the contact reaches.
 

@@ -80,9 +80,8 @@ def calibrated_flash(scene: Scene, column: str, cut_offs: tuple[float, ...]) -> 
     return None
 
 
-@lru_cache(
-    maxsize=256
-)  # 4 ms of yielded contact, 25 to 40 ms of elastic, for each observable in each round
+# 4 ms of yielded contact, 25 to 40 ms of elastic, for each observable in each round
+@lru_cache(maxsize=256)
 def _calibrated_flash(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
     name, speeds = "flash_temperature", np.array(scene.speeds)
     try:
