@@ -7,6 +7,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy import integrate
 
 from theory import hertz
 from theory.hertz import graded
@@ -269,6 +270,24 @@ def test_the_map_averages_to_the_moments():
     assert (field * flux * area).sum() / (2 * pi / 3) == pytest.approx(
         hertz.FAST.flash_temperature, rel=1e-6
     )
+
+
+@pytest.mark.parametrize("r", [0.0, 0.3, 1.0, 1.9])
+def test_the_pair_correlation_is_the_overlap_of_two_pressures(r):
+    def product(x, y):  # a quarter of the lens in which both contacts press
+        return sqrt(max(1 - (x - r / 2) ** 2 - y**2, 0)) * sqrt(max(1 - (x + r / 2) ** 2 - y**2, 0))
+
+    quarter, _ = integrate.dblquad(
+        product, 0, sqrt(1 - r**2 / 4), 0, lambda y: sqrt(max(1 - y**2, 0)) - r / 2, epsabs=1e-9
+    )
+    assert hertz.pressure_correlation(r) == pytest.approx(4 * quarter / (pi / 2), abs=1e-7)
+
+
+def test_the_pair_correlation_is_zero_beyond_the_diameter():
+    np.testing.assert_array_equal(hertz.pressure_correlation([2.0, 2.1, 1e3]), 0.0)
+    # the parabolas of both lines touch: (2 − r)^(5/2)
+    near = hertz.pressure_correlation([2 - 1e-2, 2 - 4e-2])
+    assert near[1] / near[0] == pytest.approx(32, rel=0.02)
 
 
 def test_an_integrand_that_the_panels_do_not_resolve_is_refused():

@@ -115,6 +115,7 @@ OWN = {
     "^x holds": lambda: hertz.fast_temperature(nan, 0.0),
     "y =": lambda: hertz.static_temperature(0.0, None),
     "^y =": lambda: hertz.fast_temperature(0.0, None),
+    "distance = -1 R": lambda: hertz.pressure_correlation(-1.0),
     "r = -1 m": lambda: correlation(-1.0),
     "r holds values that are NaN": lambda: correlation(nan),
     "r holds .* infinite": lambda: correlation(inf),

@@ -15,6 +15,7 @@ from theory.hertz.limits import (
     Limit,
     UniformLimit,
     fast_temperature,
+    pressure_correlation,
     static_temperature,
 )
 from theory.hertz.maximum import (
@@ -56,6 +57,7 @@ __all__ = [
     "hottest_point",
     "max_temperature",
     "mean_temperature",
+    "pressure_correlation",
     "slope_length",
     "square_hottest_point",
     "square_max_temperature",

@@ -1,4 +1,4 @@
-"""Exact limits of the moving sources at rest and when fast, and the temperature maps of the Hertz source there."""
+"""Exact limits of the moving sources at rest and when fast; maps of the Hertz source there, and its pair correlation."""
 
 from dataclasses import dataclass
 from math import inf, pi, sqrt
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk, hyp2f1
 
-from theory.arguments import Array, float_if_scalar, real_array
+from theory.arguments import Array, float_if_scalar, not_negative_array, real_array
 
 _PER_POWER = 3 / 2 / pi  # q̇₁R² of the total power Q̇, Eq. (12)
 _FAR = 6.0  # from here on series: the closed forms cancel
@@ -171,3 +171,30 @@ def _wake(t: Array) -> Array:
 def _below_one(m: Array) -> Array:
     """Keep K(m) finite at m = 1, the zero of its factor."""
     return np.minimum(m, np.nextafter(1.0, 0.0))
+
+
+def pressure_correlation(distance: ArrayLike) -> Array | float:
+    """Pair correlation of the Hertz pressure, ∫σ(x)σ(x + r)d²x over its value at r = 0; zero beyond 2R (Sec. 2).
+
+    [(8 + r²)√(4 − r²) − r²(8 − r²/2) arcosh(2/r)]/16: along a line the pressure adds up to a parabola, and the Abel
+    transform takes the correlation of two of them back to r.
+
+    Parameters
+    ----------
+    distance : array_like
+        r in R, at least 0.
+
+    Returns
+    -------
+    ndarray or float
+        From 1 to 0, the shape of `distance`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a distance is not real and finite, or is negative.
+    """
+    r = np.minimum(not_negative_array("distance", distance, "R"), 2.0)
+    logarithm = np.arccosh(2 / np.maximum(r, 1e-300))  # its factor is 0 at r = 0
+    result = ((8 + r**2) * np.sqrt((2 - r) * (2 + r)) - r**2 * (8 - r**2 / 2) * logarithm) / 16
+    return float_if_scalar(np.maximum(result, 0.0))  # rounding next to 2R
