@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from figures.style import BLACK, HARDNESS, ORANGE, legend_below, new_figure
+from figures.style import BLACK, BLUE, HARDNESS, ORANGE, legend_below, new_figure
 from script import EVIDENCE, Command, show_on_pages, write_evidence
 
 import roughsim as rs
@@ -40,7 +40,7 @@ def spectra(folder: Path, points: int) -> None:
     """Draw C(q) and C_sm(q), and the stress correlation beside them."""
     q = np.geomspace(PAIR.breaks[0], 2e6, points)
     r = np.linspace(0, 400e-6, points)
-    with new_figure(folder / "spectra.png", 2.9) as figure:
+    with new_figure(folder / "spectra.png", 3.1) as figure:
         psd, correlation = figure.subplots(1, 2)
         psd.loglog(q, PAIR(q), color=BLACK, label="C of both faces")
         for y, colour in HARDNESS.items():
@@ -48,13 +48,18 @@ def spectra(folder: Path, points: int) -> None:
             stress = persson.pressure_correlation(r, SMOOTH[y], **CONTACT)
             correlation.plot(r * 1e6, stress / 1e16, color=colour)
         psd.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ (m$^4$)", ylim=(1e-30, 3e-21))
+        radius = flash.flash_width(SPEED, SMOOTH[1.2e9], **SLIDING) / hertz.FAST.flash_width
+        pair = persson.pressure_correlation(0.0, SMOOTH[1.2e9], **CONTACT) / 1e16
+        pair *= hertz.pressure_correlation(r / radius)
+        psd.plot([], [], color=BLUE, ls=":", label=f"Hertz, 2R = {2e6 * radius:.0f} µm")
+        correlation.plot(r * 1e6, pair, color=BLUE, ls=":")
         correlation.axhline(0, color="0.5", lw=0.8)
         correlation.set(
             xlabel="distance r (µm)", ylabel="$g_\\sigma$ ($10^{16}$ Pa$^2$)", xlim=(0, 400)
         )
         psd.set_title("spectrum")
         correlation.set_title("stress correlation")
-        legend_below(figure, [psd], 4)
+        legend_below(figure, [psd], 3)
 
 
 def over_speed(folder: Path, points: int) -> None:
@@ -76,7 +81,7 @@ def over_speed(folder: Path, points: int) -> None:
         slope.set(title="slope length", ylabel="$d_{flash}$ (µm)", ylim=(30, 1e5))
         for axes in (rise, width, slope):
             axes.axvline(SPEED, color="0.5", ls="--", lw=0.9, label="35 m/s")
-            axes.set(xlabel="sliding speed (m/s)", xticks=[1e-3, 1e-1, 1e1, 1e3])
+            axes.set(xlabel="$v$ (m/s)", xticks=[1e-3, 1e-1, 1e1, 1e3])
             axes.minorticks_off()
         free.set_axis_off()
         keys = [

@@ -22,7 +22,7 @@ PICTURES = {
     ),
     "reactions_of_steel": (
         f'run steel-1.2GPa {REACTS} --set \'reaction.activation_energy=["0.6 eV", "1.5 eV"]\' -o reacts',
-        "plot reacts reaction --size 5.2x3.4 --dpi 200 -o reactions_of_steel.png",
+        "plot reacts reaction --size 5.2x2.7 --dpi 200 -o reactions_of_steel.png",
     ),
 }
 

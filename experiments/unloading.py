@@ -11,7 +11,7 @@ the pressures elastically, which it should to the tolerance of the solver.
 from __future__ import annotations
 
 import numpy as np
-from figures.style import BLACK, BLUE, GREEN, ORANGE, new_figure
+from figures.style import BLACK, BLUE, GREEN, ORANGE, decades, new_figure
 from script import Command, show_on_pages
 
 import roughsim as rs
@@ -92,19 +92,8 @@ def draw_history(way, area, parts):
     area.plot([], [], color=GREY, ls="--", lw=1, label="yielded")
     way.set(title="way of the flat", xlabel="way (µm)", ylabel="load (MPa)")
     area.set(title="area", xlabel="load (MPa)", ylabel="share of the cell (%)")
-    key(way, 1)
-    key(area, 2)
-
-
-def key(axis, columns):
-    """Put the legend below a panel."""
-    axis.legend(
-        loc="upper left",
-        bbox_to_anchor=(-0.05, -0.24),
-        ncols=columns,
-        columnspacing=1.2,
-        handlelength=1.6,
-    )
+    way.legend(loc="upper left")
+    area.legend(loc="lower right")
 
 
 def draw_profile(axis, heights, deformed, grid):
@@ -120,8 +109,8 @@ def draw_profile(axis, heights, deformed, grid):
     )
     axis.axhline(deformed.flat_height * MICRON, color=BLUE, label="flat at 90 MPa")
     axis.set(title="profile at the most yielded point", xlabel="y (µm)", ylabel="height (µm)")
-    axis.set(xlim=(-300, 300), ylim=(-3.5, heights[row].max() * MICRON * 1.1))
-    key(axis, 1)
+    axis.set(xlim=(-300, 300), ylim=(-3.5, heights[row].max() * MICRON * 1.6))
+    axis.legend(loc="upper left", ncols=3)
 
 
 def draw_spectra(axis, heights, deformed, grid):
@@ -137,10 +126,10 @@ def draw_spectra(axis, heights, deformed, grid):
     axis.loglog(q, before, color=GREY, label="new")
     axis.loglog(q, after, color=ORANGE, label="deformed")
     theory = smooth(q)
-    axis.loglog(q, theory, color=BLACK, ls="--", label="$C_{sm}$ by Eq. (27)")
+    axis.loglog(q, theory, color=BLACK, ls="--", label="$C_{sm}$")
     axis.set(title="spectrum", xlabel="wavenumber (rad/m)", ylabel="C(q) (m⁴)")
-    axis.set_ylim(before[-1] / 100, 2 * before[0])
-    key(axis, 1)
+    decades(axis, y=(before[-1] / 100, 2 * before[0]))
+    axis.legend(loc="lower left", handlelength=1.3)
     return q, after / before, theory / spectrum(q)
 
 
@@ -165,11 +154,12 @@ def draw_patches(axis, top, relieved, grid):
     axis.axvspan(axis.get_xlim()[0], 4 * pixel, color="0.93", zorder=0)
     axis.margins(x=0)
     axis.set(
-        title="patches (grey: below 4 pixels)",
+        title="patches; grey: below 4 pixels",
         xlabel="area (µm²)",
         ylabel="number per area (1/µm²)",
     )
-    key(axis, 1)
+    decades(axis, y=(1e-7, 1e2))
+    axis.legend(loc="lower left")
 
 
 def main() -> None:
@@ -184,8 +174,9 @@ def main() -> None:
     tolerances = np.array([1e-2, 1e-6]) if options.toy else 10.0 ** np.arange(-9, -1)
     errors = repeats(heights, grid, tolerances)
     picture = options.output / "unloading.png"
-    with new_figure(picture, 8.2) as figure:
-        (way, area), (profile, psd), (patch, repeat) = figure.subplots(3, 2)
+    with new_figure(picture, 8.4) as figure:
+        panels = figure.subplot_mosaic("ab;cc;de;ff", height_ratios=(5, 4, 5, 3))
+        way, area, profile, psd, patch, repeat = panels.values()
         draw_history(way, area, parts)
         draw_profile(profile, heights, deformed, grid)
         spectra = draw_spectra(psd, heights, deformed, grid)
@@ -195,7 +186,8 @@ def main() -> None:
         repeat.set(
             title="difference of the pressures", xlabel="tolerance", ylabel="relative difference"
         )
-        key(repeat, 1)
+        decades(repeat)
+        repeat.legend(loc="upper left")
     if options.evidence:
         show_on_pages(picture)
     tell(parts, top, deformed, errors / tolerances, spectra)

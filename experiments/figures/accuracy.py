@@ -5,21 +5,28 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from roughsim.charts.style import legend_below, plain_ticks
+from matplotlib.axes import Axes
 
-from .style import BLUE, GREEN, LOOKS, ORANGE, PINK, SKY, decades, new_figure
+from roughsim.charts.style import plain_ticks
 
-Row = dict[str, Any]
-OTHERS = (
+from .style import (
+    AMBER,
+    BLACK,
     BLUE,
     GREEN,
+    LOOKS,
+    ORANGE,
     PINK,
     SKY,
-    "0.45",
-    "#882255",
-    "#999933",
-)  # methods without a colour of their own
-MARKERS = "s^Dv<>P"
+    decades,
+    legend_below,
+    new_figure,
+)
+
+Row = dict[str, Any]
+# of methods without a colour of their own
+OTHERS = BLUE, GREEN, BLACK, PINK, SKY, "0.45", "#882255", "#999933", AMBER
+MARKERS = "s^oDv<>Ph"
 TITLES = {
     "T_flash of these pixels": "$T_{flash}$ of one grid, by tolerance",
     "T_flash, any pixel": "$T_{flash}$ of one contact, by pixel",
@@ -30,41 +37,32 @@ TITLES = {
 def one_contact(rows: list[Row], path: Path, source: str = "") -> None:
     """Draw the relative error over the CPU time, a panel for each stage and observable; stars as runs compute it."""
     panels = list(dict.fromkeys((row["stage"], row["observable"]) for row in rows))
-    with new_figure(path, 2.8 * len(panels), source) as figure:
-        for axes, (stage, observable) in zip(figure.subplots(len(panels), 1), panels, strict=True):
+    methods = [name for name in dict.fromkeys(row["method"] for row in rows) if name not in LOOKS]
+    looks = LOOKS | {
+        name: {"color": colour, "marker": marker}
+        for name, colour, marker in zip(methods, OTHERS, MARKERS, strict=False)
+    }
+    with new_figure(path, 0.9 + 1.9 * len(panels), source) as figure:
+        drawn = list(figure.subplots(len(panels), 1, squeeze=False).flat)
+        for axes, (stage, observable) in zip(drawn, panels, strict=True):
             here = [
                 row
                 for row in rows
                 if (row["stage"], row["observable"]) == (stage, observable) and row["error"] > 0
             ]
-            methods = list(dict.fromkeys(row["method"] for row in here))
-            for method, colour, marker in zip(methods, OTHERS, MARKERS, strict=False):
-                line = sorted(
-                    (row for row in here if row["method"] == method), key=lambda row: row["seconds"]
-                )
-                look = LOOKS.get(method, {"color": colour, "marker": marker})
-                axes.loglog(
-                    [1e3 * row["seconds"] for row in line],
-                    [row["error"] for row in line],
-                    label=method,
-                    **look,
-                )
-            chosen = [row for row in here if row["chosen"]]
-            star = {
-                "ls": "",
-                "marker": "*",
-                "ms": 12,
-                "mfc": "none",
-                "mec": ORANGE,
-                "label": "in runs",
-            }
-            axes.plot(
-                [1e3 * row["seconds"] for row in chosen], [row["error"] for row in chosen], **star
-            )
-            axes.set(
-                title=TITLES.get(observable, f"{stage}: {observable}"), ylabel="relative error"
-            )
+            for method in dict.fromkeys(row["method"] for row in here):
+                draw(axes, [row for row in here if row["method"] == method], method, looks[method])
+            star = {"ls": "", "marker": "*", "ms": 12, "mfc": "none", "mec": ORANGE}
+            draw(axes, [row for row in here if row["chosen"]], "in runs", star)
+            title = TITLES.get(observable, f"{stage}: {observable}")
+            axes.set(title=title, ylabel="relative error", xscale="log", yscale="log")
             decades(axes)
             plain_ticks(axes.xaxis)
-            axes.set_xlabel("CPU time (ms)")
-            legend_below(axes, columns=2)
+        drawn[-1].set_xlabel("CPU time (ms)")
+        legend_below(figure, drawn, 2)
+
+
+def draw(axes: Axes, rows: list[Row], label: str, look: dict[str, Any]) -> None:
+    """Draw errors over times, in the order of the rows, which is that of tolerances or pixels."""
+    times, errors = [1e3 * row["seconds"] for row in rows], [row["error"] for row in rows]
+    axes.plot(times, errors, label=label, **look)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .style import LOOKS, decades, legend_below, new_figure
+from .style import BLACK, LOOKS, decades, legend_below, new_figure
 
 Row = dict[str, Any]
 GRIDS = "one grid, 2 pixels", "one grid, 4 pixels", "one grid, 8 pixels"
@@ -24,6 +24,7 @@ def chain(runs: list[Row], ways: list[Row], path: Path, source: str = "") -> Non
     scenes = list(dict.fromkeys(row["scene"] for row in ways))
     rows = -(-len(scenes) // 2)
     with new_figure(path, 1.1 + 1.9 * rows, source) as figure:
+        figure.set_layout_engine("compressed")
         grid = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
         panels = list(grid.flat)
         for axes, scene in zip(panels, scenes, strict=False):
@@ -36,6 +37,7 @@ def chain(runs: list[Row], ways: list[Row], path: Path, source: str = "") -> Non
             axes.set_aspect("equal")  # a decade is as long on both axes
         for axes in panels[len(scenes) :]:
             axes.set_visible(False)
+        panels[0].plot([], [], "x", ms=6, mew=1.6, color=BLACK, label="no gain by more members")
         for axes in grid[-1]:
             axes.set_xlabel("CPU time (s)")
         figure.supylabel("error of the flash temperature (%)", fontsize=9)

@@ -15,6 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, NullFormatter
 
+from roughsim.charts.style import letter
+
 WIDTH, DPI = 5.2, 200  # inches, points per inch
 ORANGE, BLUE, GREEN, PINK, SKY, AMBER, BLACK = (
     "#D55E00",
@@ -68,10 +70,11 @@ _STYLE: Any = {
 
 @contextmanager
 def new_figure(path: Path, height: float, source: str = "") -> Iterator[Figure]:
-    """Yield an empty figure of a height in inches; at the end it is written, with its source in the file."""
+    """Yield an empty figure of a height in inches; at the end its panels are lettered and it is written."""
     with mpl.rc_context(_STYLE):
         figure = Figure((WIDTH, height), dpi=DPI, layout="constrained")
         yield figure
+        letter(figure)
         figure.savefig(path, metadata={"Description": source, "Software": None})
 
 

@@ -23,7 +23,6 @@ from roughsim.charts.style import (
     USUAL,
     Look,
     band,
-    letter,
     log_values,
     new_figure,
     no_formula,
@@ -131,7 +130,6 @@ def curves_chart(
             _name_axes(axes, entries, quantity)
         handles = _handles(panels, entries, colours, quantities)
         if several:
-            letter(panels)
             about = _about_run(entries[0]) if one_run else None
             place: dict[str, Any] = {"loc": "outside lower left", "ncols": 3, "alignment": "left"}
             figure.legend(handles=handles, title=about, title_fontsize=8, **place)
@@ -173,7 +171,7 @@ def _draw_correlation(axes: Axes, entry: Entry, colour: str | None) -> None:
 def distances(scene: Scene) -> Array:
     """Return the distances at which g_σ is drawn, m: up to 0.4 of the longest wave, dense at 0, where it is steep."""
     longest = 2 * np.pi / scene.spectrum.breaks[0]
-    return np.asarray(0.4 * longest * np.linspace(0.0, 1.0, 100) ** 2)
+    return np.asarray(0.4 * longest * np.linspace(0.0, 1.0, 100) ** 3)
 
 
 def _line(axes: Axes, x: Array, y: Array, entry: Entry, source: str, colour: str | None) -> None:
@@ -282,6 +280,12 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
             title="Stress correlation",
             xlim=(0, None),
         )
+        if all(_falls_early(line) for line in axes.lines if line.get_gid()):
+            end = distances(entries[0].scene)[-1] * 1e6
+            axes.set(xscale="log", xlim=(1e-4 * end, end))
+        return
+    if quantity == RATIO and not axes.lines:  # neither a law nor a run
+        axes.set_axis_off()
         return
     if quantity == RATIO:
         axes.axhline(1.0, color=THEORY, lw=1.2, zorder=0)
@@ -297,6 +301,12 @@ def _name_axes(axes: Axes, entries: Sequence[Entry], quantity: str) -> None:
     axes.set_title(words[0].upper() + words[1:] + (f" ({columns}: at $q_c$)" if columns else ""))
     if all(np.nanmin(line.get_ydata(), initial=np.inf) > 0.0 for line in axes.lines):
         log_values(axes)
+
+
+def _falls_early(line: Line2D) -> bool:
+    """Return whether a line from x = 0 has fallen to a tenth within a tenth of its axis."""
+    x, y = np.transpose(line.get_xydata())
+    return bool(y[np.searchsorted(x, 0.1 * x[-1])] < 0.1 * y[0])
 
 
 def _column_at_cut_off(entry: Entry, observable: str) -> str:

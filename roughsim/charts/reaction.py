@@ -1,4 +1,4 @@
-"""What a reaction feels: quantiles of the temperature, activation temperatures over energy, rates over speed."""
+"""What a reaction feels: quantiles of the temperature, activation temperatures and rates over speed."""
 
 from math import degrees
 from pathlib import Path
@@ -13,14 +13,13 @@ from roughsim.charts.style import (
     DASHES,
     Subject,
     band,
-    legend_below,
     new_figure,
     on_axis,
     row_of_panels,
     scale_colours,
     under_title,
 )
-from roughsim.estimate.asked import ABOUT, ACTIVATION, RATE
+from roughsim.estimate.asked import ACTIVATION, RATE
 from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
 from roughsim.results import columns, theories
@@ -30,16 +29,18 @@ from roughsim.show.table import with_unit
 from roughsim.table import Estimate, Results, concat
 
 HOTTER, WARM, RATES = "hotter", ACTIVATION, RATE  # panels
-_LABELS = {"energy": "{:.3g} eV", "temperature": "{:g} K", "speed": "{:g} m/s"}
+_LABELS = {"energy": "{:.3g} eV", "temperature": "{:g} K"}
 Lines = dict[str, Estimate]  # by their labels, over the column and one other axis
-_WIDTH = 4.4  # of a panel, inches
+_WIDTH = 3.2  # of a panel, inches
 _POINTS: dict[str, Any] = {"marker": "o", "ms": 3}
-_ERRORS = _POINTS | {"capsize": 2}
+_THEORY = "calibrated theory"
+_TITLES = {WARM: "Activation temperature", RATES: "Rate per nominal area"}
+_DASHED: Any = {"color": CALIBRATED, "lw": 1.0, "ls": DASHES}
 
 
 def reaction_lines(run: Run, column: str, direction: float | None = None) -> dict[str, Lines]:
-    """Return the lines of each panel: temperatures, K, over the share that is hotter, %, and T_act, K, over E, eV, and
-    rates over v, m/s, in a direction, radians, by default the first; the run needs two sound realizations.
+    """Return the lines of each panel: temperatures, K, over the share that is hotter, %, and T_act, K, and rates over
+    v, m/s, for each energy, in a direction, radians, by default the first; the run needs two sound realizations.
 
     There are none if the scene asks for no distribution of the temperature, or has no speed above zero.
     """
@@ -57,8 +58,8 @@ def reaction_lines(run: Run, column: str, direction: float | None = None) -> dic
         return {HOTTER: hotter}
     return {
         HOTTER: hotter,
-        WARM: _lines(found[ACTIVATION], "energy"),
-        RATES: _lines(found[RATE], "speed"),
+        WARM: _lines(found[ACTIVATION]),
+        RATES: _lines(found[RATE]),
     }
 
 
@@ -74,13 +75,11 @@ def _results(
     return columns.results_of(run, observables, chosen).sel(**at)
 
 
-def _lines(found: Estimate, along: str) -> Lines:
-    """Return an estimate in motion along one of its axes, ascending: a line for each label of the other axis."""
+def _lines(found: Estimate) -> Lines:
+    """Return an estimate over the speeds above zero, ascending: a line for each energy or temperature."""
     speeds = found.coords["speed"]
     found = found.sel(speed=np.sort(speeds[speeds > 0.0]))
-    if along == "energy":
-        found = found.sel(energy=np.sort(found.coords[along]))
-    (other,) = {*found.dims} - {"column", along}
+    (other,) = {*found.dims} - {"column", "speed"}
     labels = found.coords[other].tolist()
     return {_LABELS[other].format(label): found.sel(**{other: label}) for label in labels}
 
@@ -96,7 +95,7 @@ def points_of(line: Estimate, column: str) -> tuple[Array, Estimate, Array | Non
 
 
 def reaction_chart(subject: Subject, path: Path) -> None:
-    """Draw the share of contact that is hotter than T, and of a reaction T_act over E and the rate over the speed.
+    """Draw the share of contact that is hotter than T, and of a reaction T_act and the rate over the speed.
 
     Means over all realizations with their total errors, 95 %; the calibrated theory, which is not drawn for the
     column sliding, is dashed. ValueError if the run has no distribution of the temperature, or no speed above zero.
@@ -105,14 +104,15 @@ def reaction_chart(subject: Subject, path: Path) -> None:
         raise subject.run.not_asked("distribution of the temperature")
     _check_motion(subject)
     lines = reaction_lines(subject.run, subject.column)
-    size = _WIDTH * len(lines), 3.9
+    size = _WIDTH * (len(lines) + 1), 3.4
     with new_figure(path, size, _title(subject), subject.look) as figure:
-        panels = row_of_panels(figure, len(lines))
-        _draw_hotter(panels[0], subject, lines[HOTTER])
-        if WARM in lines:
-            _draw_temperatures(panels[1], subject.column, lines[WARM])
-            _draw_over_speed(panels[2], subject.column, lines[RATES])
-            panels[2].set_title("Rate per nominal area")
+        hotter, *others, key = row_of_panels(figure, len(lines) + 1)
+        handles = _draw_hotter(hotter, subject, lines[HOTTER])
+        for axes, (name, title) in zip(others, _TITLES.items(), strict=False):
+            handles |= _draw_over_speed(axes, subject.column, lines[name])
+            axes.set_title(title)
+        key.set_axis_off()
+        key.legend(handles.values(), handles.keys(), loc="center left")
 
 
 def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
@@ -125,7 +125,9 @@ def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
         raise subject.run.not_asked(name)
     _check_motion(subject)
     with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
-        _draw_over_speed(figure.subplots(), subject.column, _lines(found[name], "speed"))
+        axes = figure.subplots()
+        handles = _draw_over_speed(axes, subject.column, _lines(found[name]))
+        axes.legend(handles.values(), handles.keys())
 
 
 def _check_motion(subject: Subject) -> None:
@@ -138,60 +140,43 @@ def _check_motion(subject: Subject) -> None:
 
 def _title(subject: Subject) -> str:
     angles = subject.run.scene.first_direction.values()
-    none = subject.column == SLIDING or angles  # no theory, as of faces with a lay
-    dashed = "" if none else "; dashed: calibrated theory"
     at = "".join(f", sliding at {degrees(angle):.4g}°" for angle in angles)
-    words = f"{subject.column} contact{at}, total errors 95 %{dashed}"
+    words = f"{subject.column} contact{at}, total errors 95 %"
     return under_title(subject.run.scene.title, words)
 
 
-def _draw_hotter(axes: Axes, subject: Subject, lines: Lines) -> None:
-    """Draw the shares of the heat and of the contact area that are hotter than T at the highest speed."""
+def _draw_hotter(axes: Axes, subject: Subject, lines: Lines) -> dict[str, Any]:
+    """Draw the shares of heat and contact area hotter than T at the highest speed; return what the legend names."""
     shares, _, theory = points_of(lines["of the heat"], subject.column)
-    if theory is not None:
-        label = "of the heat, calibrated theory"
-        axes.plot(theory, shares, color=CALIBRATED, lw=1.0, ls=DASHES, label=label)
     colour = COLOURS[subject.column]
+    handles: dict[str, Any] = {}
     for (label, line), own in zip(lines.items(), (colour, "0.5"), strict=True):
         one = line.sel(column=subject.column)
-        style = _ERRORS | {"color": own, "lw": 1.2, "label": label}
-        axes.errorbar(one.mean, shares, xerr=one.total_error, **style)
+        style = _POINTS | {"capsize": 2, "color": own, "lw": 1.2, "label": label}
+        handles[label] = axes.errorbar(one.mean, shares, xerr=one.total_error, **style)
+    if theory is not None:
+        (handles[_THEORY],) = axes.plot(theory, shares, label=f"of the heat, {_THEORY}", **_DASHED)
     speed = max(subject.run.scene.speeds)
     flash = subject.run.estimate("flash_temperature", subject.column)
     flash = flash.sel(speed=speed, **subject.run.scene.first_direction)
-    axes.axvline(float(flash.mean), color=colour, lw=1.0, ls="--")
+    handles[r"$T_\mathrm{flash}$"] = axes.axvline(float(flash.mean), color=colour, lw=1.0, ls=":")
     title = f"Share that is hotter, {speed:g} m/s"
     axes.set(yscale="log", xlabel="$T$ (K)", ylabel="% hotter than $T$", title=title)
-    legend_below(axes)
+    return handles
 
 
-def _draw_temperatures(axes: Axes, column: str, lines: Lines) -> None:
-    """Draw activation temperatures over the energy, a line for each speed."""
-    for (label, line), colour in zip(lines.items(), scale_colours(len(lines)), strict=True):
-        energies, one, theory = points_of(line, column)
-        style = _ERRORS | {"color": colour, "label": label}
-        axes.errorbar(energies, one.mean, yerr=one.total_error, **style)
-        if theory is not None:
-            axes.plot(energies, theory, color=colour, lw=1.0, ls=DASHES)
-    axes.set(xlabel="$E$ (eV)", ylabel=r"$T_\mathrm{act}$ (K)", title="Activation temperature")
-    legend_below(axes, title="$v$", columns=2)
-
-
-def _draw_over_speed(axes: Axes, column: str, lines: Lines) -> None:
-    """Draw estimates of one observable over the speed, a line for each energy or temperature."""
+def _draw_over_speed(axes: Axes, column: str, lines: Lines) -> dict[str, Any]:
+    """Draw estimates of an observable over the speed for each energy or temperature; return what the legend names."""
+    handles, dashed = {}, {}
     for (label, line), colour in zip(lines.items(), scale_colours(len(lines)), strict=True):
         speeds, one, theory = points_of(line, column)
         band(axes, speeds, one.mean, one.total_error, colour, label)
+        handles[label] = axes.lines[-1]
         axes.lines[-1].set(label=label, **_POINTS)
         if theory is not None:
-            gid = f"{label}: calibrated theory"
-            axes.plot(speeds, theory, color=colour, lw=1.0, ls=DASHES, gid=gid)
-    name = one.observable
-    axes.set(
-        xscale="log",
-        xlabel="$v$ (m/s)",
-        ylabel=on_axis(with_unit(name.replace("_", " "), one.unit)),
-    )
-    if name == RATE:
+            (dashed[_THEORY],) = axes.plot(speeds, theory, gid=f"{label}: {_THEORY}", **_DASHED)
+    words = one.observable.replace("_", " ")
+    axes.set(xscale="log", xlabel="$v$ (m/s)", ylabel=on_axis(with_unit(words, one.unit)))
+    if one.observable == RATE:
         axes.set_yscale("log")
-    legend_below(axes, title="$E$" if ABOUT[name] == "energy" else "$T$", columns=2)
+    return handles | dashed

@@ -3,7 +3,7 @@
 import re
 import warnings
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import ceil, floor, log10
@@ -175,6 +175,7 @@ def new_figure(
         if title and look.title:
             figure.suptitle(_wrapped(title, look.size), fontsize=9, x=0.01, ha="left")
         yield figure
+        letter(figure)
         if path is not None:
             save(figure, path)
         if look.csv is not None:
@@ -257,10 +258,15 @@ def on_axis(title: str) -> str:
     return f"{name} ({unit})" if comma else title
 
 
-def letter(panels: Sequence[Axes]) -> None:
-    """Put (a), (b), … before the titles of panels that are drawn."""
-    drawn = [axes for axes in panels if axes.axison]
-    for axes, name in zip(drawn, ascii_lowercase, strict=False):
+def letter(figure: Figure) -> None:
+    """Put (a), (b), … before the titles of the panels of a figure that has several."""
+    # a colour bar has no place among the panels
+    panels = [
+        axes
+        for axes in figure.axes
+        if axes.axison and axes.get_visible() and axes.get_subplotspec() is not None
+    ]
+    for axes, name in zip(panels, ascii_lowercase if len(panels) > 1 else "", strict=False):
         axes.set_title(f"({name}) {axes.get_title('left')}")
 
 

@@ -1,4 +1,4 @@
-"""What a reaction feels on the page: shares that are hotter, activation temperatures over energy, rates over speed."""
+"""What a reaction feels on the page: shares that are hotter, activation temperatures and rates over speed."""
 
 from typing import Any
 
@@ -15,22 +15,22 @@ from roughsim.explore.layout import LEGEND, WRAPPED, empty_source, ends_of_error
 _PANELS = {
     HOTTER: (
         "Share of the contact that is hotter, highest speed",
-        "T, K",
+        "T (K)",
         "% hotter than T",
         "linear",
         "log",
     ),
     WARM: (
         "Activation temperature; dashed: calibrated theory",
-        "E, eV",
-        "T_act, K",
-        "linear",
+        "v (m/s)",
+        "T_act (K)",
+        "log",
         "linear",
     ),
     RATES: (
         "Rate per nominal area; dashed: calibrated theory",
-        "v, m/s",
-        "rate, 1/s",
+        "v (m/s)",
+        "rate (1/s)",
         "log",
         "log",
     ),

@@ -57,7 +57,7 @@ _SLIDING_PICTURES = {
 _REACTION_PICTURES = {
     "reaction": (
         ".svg",
-        "Share of the contact that is hotter than T at the highest speed, activation temperatures over the energy, and "
+        "Share of the contact that is hotter than T at the highest speed, activation temperatures and "
         "rates over the speed.",
     )
 }

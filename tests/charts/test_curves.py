@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from chart_cases import subject
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.charts import spectra, temperature
+from roughsim.charts import curves, spectra, temperature
 from roughsim.charts.plot import plot_run
 from roughsim.charts.style import CALIBRATED, COLOURS
 from roughsim.heat.statistics import contact_temperature
@@ -87,6 +88,12 @@ def test_the_calibrated_law_is_a_line_with_a_word_in_the_legend(capped_run, draw
     )
     at = list(speed).index(35.0)
     assert ratio[at] == pytest.approx(row.calibrated / row.theory, rel=1e-9)
+
+
+def test_a_correlation_that_falls_early_is_over_log_r():
+    x = np.linspace(0.0, 1.0, 101)
+    early = {k: curves._falls_early(Line2D(x, np.exp(-k * x))) for k in (22.0, 24.0)}
+    assert early == {22.0: False, 24.0: True}  # e^-2.3 is a tenth
 
 
 def test_the_profile_runs_along_x_through_the_hottest_point(capped_run):

@@ -1,4 +1,4 @@
-"""Exact limits of the moving sources at rest and when fast; maps of the Hertz source there, and its pair correlation."""
+"""Exact limits of the moving sources at rest and when fast; maps of the Hertz source; its pair correlation."""
 
 from dataclasses import dataclass
 from math import inf, pi, sqrt
