@@ -240,6 +240,10 @@ def test_a_run_ends_with_its_comparison_and_its_picture(capsys, tmp_path, quick,
     code, out, err = inside(capsys, *words, 1)
     assert (code, out) == (0, "")
     assert "not compared: " in err
+    about = (
+        r"\w+ contact, up to \d+ × \d+ points, of max_realizations = 1.*; about .* s of CPU time"
+    )
+    assert re.search(about, err.splitlines()[1])
     code, out, err = inside(capsys, *words, 3, "--chart", picture)
     assert code == 0
     assert f"picture: {picture}" in err

@@ -43,11 +43,7 @@ def compare(
     """Compare a run with the theory: T_flash in each column. Several runs, or those of a study, are side by side."""
     check_figure(chart, csv)
     compared = rs.compare(*runs)
-    if (
-        (every or as_json)
-        and isinstance(compared, rs.Comparison)
-        and compared.run.scene.distribution
-    ):
+    if isinstance(compared, rs.Comparison) and compared.run.scene.distribution:
         note("drawing fields for the theory of the distribution of the temperature")
     if as_json:
         print_json(compared.to_dict())
@@ -61,7 +57,8 @@ def _tables(compared: "rs.Comparison | rs.Comparisons", every: bool) -> list[Any
     if isinstance(compared, rs.Comparisons):
         return [compared.table(None) if every else compared.table()]
     if not every:
-        return [compared.summary(), "--all prints every observable, and the error of the theory."]
+        more = "--all prints every observable and assumption, and the error of the theory."
+        return [*compared.first_screen(), more]
     from roughsim.comparison.tables import trust_table
     from roughsim.comparison.trust import trust
 

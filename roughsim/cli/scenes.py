@@ -91,7 +91,8 @@ def theory(
     else:
         for one in theories:
             errors = [trust_table(look_up(one.scene))] if trust else []
-            tables = [one.table(), *errors, one.judged.table()]
+            more = [*filter(None, [one.asked()])] if every else []
+            tables = [one.table(), *more, *errors, one.judged.table()]
             show_scene(one.summary(), tables, one.judged.warnings, every, len(theories))
             if not every:
                 print_parts(*errors)
@@ -191,11 +192,12 @@ def run(  # noqa: PLR0913  (each is an option)
     if begun and (output / "scene.toml").is_file():
         _note_looser_targets(output / "scene.toml", loaded.ensemble.ends)
     try:
-        with executors.Workers(workers) as allowed, Progress("planning") as progress:
+        with executors.Workers(workers) as allowed:
             numerics = begin(loaded, output)
             _show_plan(loaded, numerics)
-            progress.show("computing", 0.0, 0)
-            (result,) = complete([(loaded, numerics, output)], allowed, progress.update)
+            with Progress("computing") as bar:
+                begun_run = [(loaded, numerics, output)]
+                (result,) = complete(begun_run, allowed, bar.update, began=bar.update)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
     tell(
@@ -215,7 +217,7 @@ def _compare(result: "rs.Run", chart: Path | None) -> None:
     except ValueError as reason:  # a single realization
         tell(f"not compared: {reason}")
         return
-    print_parts(compared.summary())
+    print_parts(*compared.first_screen())
     draw_figure(compared.chart, chart, None)
 
 
@@ -234,13 +236,13 @@ def _note_looser_targets(stored: Path, targets: dict[str, float]) -> None:
 
 
 def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
-    """Print the numerics of a run, and warnings, before its members are computed."""
+    """Print what a run computes, its target and its cost, and warnings, before its members are computed."""
     from roughsim.planning.limits import judge
+    from roughsim.planning.plan import cost_of
     from roughsim.planning.realization import slide_problem
+    from roughsim.planning.reasons import opening
 
-    for reason in numerics.reasons:
-        if reason.quantity in ("smoothed", "capped", "elastic"):
-            tell(reason.value)
+    tell(opening(scene, numerics, cost_of(scene, numerics)))
     if numerics.slide is not None:
         steps = slide_problem(scene, numerics).steps
         tell(

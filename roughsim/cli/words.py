@@ -2,19 +2,24 @@
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, Option
 
 import roughsim as rs
-from roughsim.show.text import note, say, tell, warn
+from roughsim.show.table import Table, columns_of_terminal, table_text, wrapped
+from roughsim.show.text import marked, note, say, tell, warn
 
 if TYPE_CHECKING:  # commands import late: the help loads none of these
     from roughsim.results.run import Run
     from roughsim.scene import Scene
-    from roughsim.show.table import Table
     from roughsim.studies.study import Study
+
+_NARROW, _LINES = 80, 24  # of a first screen, below a line on slow work
+_MOST_REMARKS = 3  # of a first screen
 
 
 def complete_scene(incomplete: str) -> list[str]:
@@ -88,29 +93,49 @@ def print_json(value: Any) -> None:
     say(json.dumps(value, indent=1))
 
 
-def print_parts(*parts: "str | Table") -> None:
-    """Print lines and tables."""
-    from roughsim.show.terminal import PlainConsole
-
-    PlainConsole().print_parts(*parts)
+def print_parts(*parts: str | Table) -> None:
+    """Print lines and tables, an empty line between tables."""
+    width = columns_of_terminal()
+    for before, part in zip((None, *parts), parts, strict=False):
+        if isinstance(part, str):
+            say("\n".join(wrapped(part, width)))
+        else:
+            say("\n" * isinstance(before, Table) + str(part))
 
 
 def show_scene(
-    short: "Table",
-    whole: "Sequence[Table]",
+    short: Table,
+    whole: Sequence[Table],
     warnings: Sequence[str],
     every: bool,
     screens: int = 1,
 ) -> None:
-    """Print the first screen of a scene, one of several, or its whole tables and all of its warnings."""
-    from roughsim.show.terminal import print_first_screen
+    """Print the first screen of a scene, one of several, or its whole tables and all of its warnings.
 
-    if not every:
-        print_first_screen(short, whole, warnings, screens)
+    `screens` first screens have 25 lines of 80 columns: a short table, the most serious warnings, and what --all adds.
+    The table has its most important rows first; the last ones are left out where there is no room.
+    """
+    if every:
+        print_parts(*whole)
+        for line in warnings:
+            warn(line)
         return
-    print_parts(*whole)
-    for line in warnings:
-        warn(line)
+    width = columns_of_terminal(_NARROW)
+    told = [
+        fill(f"roughsim: {line}", width, subsequent_indent="  ", break_on_hyphens=False)
+        for line in marked(warnings[:_MOST_REMARKS])
+    ]
+    room = _LINES // screens - 1 - sum(text.count("\n") + 1 for text in told)
+    rows = list(short.rows)
+    while len(rows) > 1 and table_text(replace(short, rows=rows), width).count("\n") >= room:
+        del rows[-1]
+    say(table_text(replace(short, rows=rows), width))
+    for text in told:
+        tell(text)
+    more = f"{sum(len(table.rows) for table in whole)} rows"
+    if len(warnings) > len(told):
+        more += f", and {len(warnings) - len(told)} more warnings"
+    say(f"--all prints {more}, with reasons.")
 
 
 def check_figure(chart: Path | None, csv: Path | None = None) -> None:

@@ -17,7 +17,13 @@ import numpy as np
 
 from roughsim.comparison.camera import meaning_of, pictured
 from roughsim.comparison.slope import Slope, stress_slope
-from roughsim.comparison.tables import OF_SLIDING, calibrated_note, sliding_note
+from roughsim.comparison.tables import (
+    OF_SLIDING,
+    asked_of_scene,
+    asked_table,
+    calibrated_note,
+    sliding_note,
+)
 from roughsim.estimate.levels import FLASH
 from roughsim.planning.limits import Plausibility
 from roughsim.prediction.sliding import CONTINUED
@@ -26,6 +32,7 @@ from roughsim.results.folder import left_out, open_run
 from roughsim.results.row import NOTICED, Row, rows_of
 from roughsim.results.run import Run
 from roughsim.results.theories import (
+    CALIBRATED,
     CONTACT_TEMPERATURE,
     SLIDING_CALIBRATED,
     THEORIES,
@@ -47,6 +54,7 @@ TESTS = {
     "elastic_over_theory": "tests the weight W(q) of the theory",
     "capped_over_theory": "tests weight and smoothing together: no smoothed surfaces were computed",
 }
+_MOST_WARNINGS = 3  # of a first screen
 _SAME_MODES = "The ratio to theory is over the modes of the cell, up to q_c."
 
 
@@ -168,20 +176,36 @@ class Comparison:
         return comparison_table(self)
 
     def summary(self) -> Table:
-        """Return the table that `compare` prints: T_flash, or all of a pressed map, with its directions of sliding."""
+        """Return the table of T_flash that `compare` prints, or all of a pressed map and its directions."""
         if not self.run.drawn:
             return self.table()
         return summary_table(
             self, list(rows_of({FLASH: self.flash}))
         )  # others take ten times as long
 
-    def __str__(self) -> str:
-        from roughsim.show.terminal import table_text  # rich is slow to import
+    def asked(self) -> Table | None:
+        """Return the table of what the scene asks for beside T_flash, as `compare` prints it; None if nothing.
 
-        return table_text(self.summary())
+        These are its targets, reactions and quantiles, by the calibrated law and by the contact that it is about.
+        """
+        scene = self.run.scene
+        names = [name for name in asked_of_scene(scene, self.run.until) if name != FLASH]
+        if not names or not self.run.drawn:
+            return None
+        columns = [CALIBRATED, self.run.numerics.columns[-1], self.run.simulated_columns[-1]]
+        columns = [name for name in self.columns if name in columns]
+        found = results_of(self.run, names, columns, self.columns)
+        return asked_table(scene, found) if found else None
+
+    def first_screen(self) -> list[Table]:
+        """Return the tables that `compare` prints without `--all`."""
+        return [self.summary(), *filter(None, [self.asked()])]
+
+    def __str__(self) -> str:
+        return "\n\n".join(map(str, self.first_screen()))
 
     def _repr_html_(self) -> str:
-        return in_notebook(self.summary())
+        return in_notebook(*self.first_screen())
 
     def to_dataframe(self) -> Any:
         """Return the rows as a `pandas.DataFrame` in SI; its index is the observable.
@@ -252,16 +276,9 @@ def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
 
 def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     """Return the rows of T_flash by its columns, with the ratios at the highest speed below."""
-    run = comparison.run
-    titles = (*rows[0].heads, *THEORIES, *rows[0].columns)
-    columns = [Column(name, number=True) for name in titles]
-    cells: list[Cells] = [
-        (
-            *row.heads.values(),
-            *numbers_of(row, row.columns),
-        )
-        for row in rows
-    ]
+    run, heads = comparison.run, rows[0].heads
+    columns = [Column(name, number=True) for name in (*heads, *THEORIES, *rows[0].columns)]
+    cells: list[Cells] = [(*row.heads.values(), *numbers_of(row, row.columns)) for row in rows]
     fastest = max(rows, key=lambda row: row.speed or 0.0)
     ratios = [
         f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: "
@@ -278,10 +295,13 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     simulated = dict.fromkeys((run.numerics.columns[-1], run.simulated_columns[-1]))
     ratios += pictured(run.scene, comparison.columns, *simulated)
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
-    notes += [*map(str, comparison.judged.statements), *marked(comparison.judged.warnings)]
     notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]
+    warnings = comparison.judged.warnings
+    notes += marked(warnings[:_MOST_WARNINGS])
+    if more := len(warnings[_MOST_WARNINGS:]):
+        notes.append(f"{more} more warnings by --all.")
     title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
-    return Table(columns, cells, f"{title}; {with_unit('flash_temperature', 'K')}", notes)
+    return Table(columns, cells, f"{title}; {with_unit(FLASH, 'K')}", notes, len(heads))
 
 
 def _count(run: Run) -> str:
@@ -307,9 +327,8 @@ def comparison_table(comparison: Comparison) -> Table:
         for row in comparison.rows
     ]
     title = f"{title}: {_count(run)}" if title else _count(run)
-    return Table(
-        [*columns, Column("note")], rows, title, [*meanings(comparison), *comparison.notes()]
-    )
+    notes = [*meanings(comparison), *comparison.notes()]
+    return Table([*columns, Column("note")], rows, title, notes, 1 + len(first.heads))
 
 
 def _meanings_of_directions(run: Run) -> Iterator[str]:

@@ -83,7 +83,7 @@ class Comparisons:
                 places = (row.heads.get(each, "") for each in turned)
                 rows.append([*head, *places, label, *numbers_of(row, columns)])
         title = with_unit(chosen[0], *{row.unit for row in shown}) if len(chosen) == 1 else ""
-        return Table(titles, rows, title, self._notes(shown))
+        return Table(titles, rows, title, self._notes(shown), sum(c.name for c in titles))
 
     def _rows_of(self, title: str) -> list[tuple[str, Row]]:
         """Return the rows of an observable with the labels of their runs, by speed, then by direction."""
@@ -106,9 +106,7 @@ class Comparisons:
         return notes + marked(of_several(remarks))
 
     def __str__(self) -> str:
-        from roughsim.show.terminal import table_text  # rich is slow to import
-
-        return table_text(self.table())
+        return str(self.table())
 
     def _repr_html_(self) -> str:
         return in_notebook(self.table())

@@ -1,6 +1,6 @@
 """Tables of the theory, of its error and of the error budget of a run; the theory as JSON values."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,6 +14,7 @@ from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.estimate.errors import SOURCES
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
+from roughsim.results.row import rows_of
 from roughsim.results.run import Run
 from roughsim.results.theories import (
     CALIBRATED,
@@ -31,6 +32,10 @@ from roughsim.table import Estimate, heads_of
 _CORRELATION_POINTS = 65
 _HEATED = ("flash_temperature", "flash_gradient", "flash_laplacian")
 _HOTTEST = "temperature_quantile_99"
+_QUANTILES = "temperature_quantile_50", _HOTTEST  # of those that a run has
+_MOST_ROWS = (
+    10  # of observables that a scene asks for, before they are shown at the highest speed alone
+)
 _OTHERS = [name for name in THEORIES if name != THEORY]  # shown by T_flash alone
 _WIDTHS = ("flash_width", "slope_length")
 _AREAS = ("contact_fraction", "plastic_fraction")
@@ -171,21 +176,52 @@ def theory_table(scene: Scene) -> Table:
     titles = [Column(title, number=True) for title in (*heads[0], *columns)]
     numbers = zip(*columns.values(), strict=True)
     rows = [(*at.values(), *row) for at, row in zip(heads, numbers, strict=True)]
-    return Table(titles, rows, scene.title, notes)
+    return Table(titles, rows, scene.title, notes, len(heads[0]))
+
+
+def asked_of_scene(scene: Scene, targets: Iterable[str] = ()) -> list[str]:
+    """Return the observables that a scene asks for by name: `targets`, reactions, and the distribution's quantiles."""
+    names, asked = [*targets, *asked_names(scene)], scene.observables
+    if asked is not None and asked.temperature_distribution:
+        names += _QUANTILES
+    return list(dict.fromkeys(names))
+
+
+def asked_table(scene: Scene, results: Mapping[str, Estimate]) -> Table:
+    """Return observables by their columns, a row per speed, or at the highest alone if there are many."""
+    rows, fastest = list(rows_of(results)), max(scene.speeds)
+    if many := len(rows) > _MOST_ROWS:
+        rows = [row for row in rows if row.speed in (None, fastest)]
+    heads = [] if many else list(dict.fromkeys(title for row in rows for title in row.heads))
+    names = next(iter(results.values())).coords["column"].tolist()
+    cells: list[Row] = []
+    for row in rows:
+        places = (row.heads.get(title, "") for title in heads)
+        speed = np.nan if row.speed is None else row.speed
+        here = results[row.observable].sel(**row.about, speed=speed)
+        numbers = (here.sel(column=name).number() for name in names)
+        cells.append([with_unit(row.title, row.unit), *places, *numbers])
+    columns = [Column("observable", name=True)]
+    columns += [Column(name, number=True) for name in (*heads, *names)]
+    return Table(columns, cells, f"at {fastest:g} m/s" * many, (), 1 + len(heads))
 
 
 def _numbers(values: Array, unit: str = "1") -> list[Number]:
     return [Number(float(value), unit) for value in values]
 
 
-def calibrated_note(scene: Scene) -> str:
-    """Return a note on the column calibrated: its accuracy, or why it is empty."""
+def calibrated_note(scene: Scene, names: Sequence[str] = ()) -> str:
+    """Return a note on the column calibrated: its accuracy, of all observables or those named, or why it is empty."""
     law = prediction.calibrated(scene)
     if law.stress_spectrum is None:
         return f"calibrated: none, as {law.range}."
-    bands = ", ".join(f"{error:.0%} ({name})" for name, error in law.errors.items())
-    by = "calibrated: by the calibrated stress spectrum"
-    return f"{by}, within {bands} of simulations; other values may be further off."
+    bands = ", ".join(
+        f"{error:.0%} ({name})"
+        for name, error in law.errors.items()
+        if name in (names or law.errors)
+    )
+    others = "" if names else "; other values may be further off"
+    return f"calibrated: by the calibrated stress spectrum, within {bands} of simulations{others}."
 
 
 def sliding_note(scene: Scene) -> str:
@@ -230,12 +266,17 @@ def _errors_at(known: Trust, name: str, places: Sequence[float | None]) -> list[
     return [errors.get(place, "not known") for place in places]
 
 
-def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> Table:
-    """Return every observable of a column with the parts of its error, a row per speed.
+def budget_table(
+    run: Run,
+    column: str,
+    speeds: Sequence[int] | None = None,
+    observables: Sequence[str] | None = None,
+) -> Table:
+    """Return observables of a column, by default all, with the parts of their errors, a row per speed.
 
     `speeds` are places in the scene's list of speeds; all if left out. The run needs a sound realization.
     """
-    estimates = [run.estimate(name, column) for name in run.observables]
+    estimates = [run.estimate(name, column) for name in observables or run.observables]
     parts = list(
         dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget)
     )
@@ -256,4 +297,4 @@ def budget_table(run: Run, column: str, speeds: Sequence[int] | None = None) -> 
         "finest − mean: the value at the finest level minus the mean.",
     ]
     columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
-    return Table(columns, rows, f"{column} contact", notes)
+    return Table(columns, rows, f"{column} contact", notes, 1 + len(heads))

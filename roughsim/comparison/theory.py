@@ -11,6 +11,8 @@ import numpy as np
 from roughsim import prediction
 from roughsim.comparison.camera import pictured
 from roughsim.comparison.tables import (
+    asked_of_scene,
+    asked_table,
     by_direction,
     calibrated_note,
     theory_dict,
@@ -19,7 +21,7 @@ from roughsim.comparison.tables import (
 )
 from roughsim.grid import Array
 from roughsim.planning.limits import Plausibility, judge
-from roughsim.results.theories import theory_columns
+from roughsim.results.theories import CALIBRATED, joined, theory_columns
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
@@ -85,9 +87,7 @@ class Theory:
         return "\n".join([about, *marked(self.judged.remarks)])
 
     def __str__(self) -> str:
-        from roughsim.show.terminal import table_text  # rich is slow to import
-
-        return table_text(self.table())
+        return str(self.table())
 
     def _repr_html_(self) -> str:
         return in_notebook(self.table(), *marked(self.judged.remarks))
@@ -119,10 +119,21 @@ class Theory:
             others = Number(widths[k], "m"), Number(shares[k])
             rows.append([*heads[k].values(), *flash, *others])
         areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"
-        notes = [f"T_flash above the background; contact on {areas}.", calibrated_note(scene)]
+        notes = [
+            f"T_flash above the background; contact on {areas}.",
+            calibrated_note(scene, ("flash_temperature",)),
+        ]
+        if asked := asked_of_scene(scene):
+            notes.append(f"By --all: {', '.join(asked)}.")
         notes[1:1] = pictured(scene, theory_columns(scene))
         columns = [Column(title, number=True) for title in (*heads[0], *titles)]
-        return Table(columns, rows, scene.title, notes)
+        return Table(columns, rows, scene.title, notes, len(heads[0]))
+
+    def asked(self) -> Table | None:
+        """Return reactions and quantiles that the scene asks for, by the calibrated law; None if nothing."""
+        law = {CALIBRATED: theory_columns(self.scene)[CALIBRATED]}
+        found = joined(law, asked_of_scene(self.scene), self.scene.directions)
+        return asked_table(self.scene, found) if found else None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the theory, sizes of the scene and warnings as JSON values."""

@@ -119,7 +119,9 @@ def press(
 
     with allowed, shown(progress, "pressing") as bar:
         observer = None if bar is None else bar.update
-        (run,) = complete([(own, numerics, folder)], allowed, observer, source=source)
+        (run,) = complete(
+            [(own, numerics, folder)], allowed, observer, source=source, began=observer
+        )
     for member in run.members.values():
         if member.failure:
             about = member.provenance

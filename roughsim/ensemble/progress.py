@@ -4,19 +4,27 @@ import time
 from contextlib import AbstractContextManager, suppress
 from datetime import timedelta
 from threading import Event, Thread
+from typing import Any
 
 from rich import progress as bars
+from rich.console import Console
+from rich.text import Text
 
 from roughsim.ensemble.status import seconds_left
 from roughsim.results.run import Run
-from roughsim.show.terminal import PlainConsole
-from roughsim.show.text import clock, tell
+from roughsim.show.text import clock, plain_lines, tell
 
 SILENCE = 2.0  # s until a first line without a terminal; each further silence is twice as long, up to _LONGEST
 _LONGEST = 60.0  # s: a run of a day writes 1,440 lines
 
 
-class _Console(PlainConsole):
+class _Console(Console):
+    """A console of rich that takes no text as markup, emoji or command."""
+
+    def render_str(self, text: str, **rest: Any) -> Text:
+        """Return a text to render, made harmless: rich calls this for every line."""
+        return super().render_str(plain_lines(text), **rest)
+
     def on_broken_pipe(self) -> None:
         """Drop the text; rich would end the process."""
 
@@ -28,7 +36,7 @@ class Progress(AbstractContextManager["Progress"]):
     """
 
     def __init__(self, text: str):
-        console = _Console(stderr=True)
+        console = _Console(stderr=True, markup=False, emoji=False, highlight=False)
         columns = (
             bars.TextColumn("{task.description}", markup=False),
             bars.BarColumn(bar_width=None),
@@ -73,9 +81,10 @@ class Progress(AbstractContextManager["Progress"]):
         self.show(progress_text(run), share, run.rounds.number)
 
     def _tell(self) -> None:
-        """Write the text as a line, after the time since the start."""
+        """Write the text as a line, after the time since the start, unless it has no count yet."""
         self._told = time.monotonic()
-        tell(f"{timedelta(seconds=round(self._told - self._began))} {self._text}")
+        if any(map(str.isdigit, self._text)):
+            tell(f"{timedelta(seconds=round(self._told - self._began))} {self._text}")
 
     def _tell_after_silence(self) -> None:
         """Write a line after each silence, until the work has ended."""

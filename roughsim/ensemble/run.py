@@ -135,10 +135,8 @@ def run(  # noqa: PLR0913  (each is an option)
                 allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)
         warn_of(judge(scene, numerics).remarks)
-        if bar is not None:
-            bar.show("computing", 0.0, 0)
-            observer = bar.update
-        return complete([(scene, numerics, folder)], allowed, observer)[0]
+        began = None if bar is None else bar.update
+        return complete([(scene, numerics, folder)], allowed, observer or began, began=began)[0]
 
 
 def shown(wanted: bool, text: str) -> "AbstractContextManager[Progress | None]":
@@ -157,10 +155,12 @@ def complete(
     *,
     claimed_in: Path | None = None,
     source: Callable[[Run, int], Source] = source_of,
+    began: Callable[[Run], None] | None = None,
 ) -> list[Run]:
     """Compute the missing members of runs with the same levels and seed; errors as `run`.
 
-    `claimed_in` is the folder of the claims, by default the first run. `source` returns the source of a level.
+    `claimed_in` is the folder of the claims, by default the first run. `source` returns the source of a level. `began`
+    is called with each run before its members are computed.
     """
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
@@ -170,6 +170,8 @@ def complete(
             run.until = scene.ensemble.ends  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.most
             run.refresh()
+            if began is not None:
+                began(run)
             runs.append(run)
         Tasks(runs, claims, observer, source).complete(workers)
     for run in runs:

@@ -24,7 +24,7 @@ from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
 from roughsim.results.snapshots import pictured
 from roughsim.scene import Scene, with_short_tables
-from roughsim.show.terminal import table_text
+from roughsim.show.table import PIPED, table_text
 from roughsim.table import Estimate
 
 CORRELATION = "pressure_correlation"
@@ -113,7 +113,7 @@ def _summarized(run: Run) -> Summary:
     begun = [c for c in columns if sound[run.numerics.of_column(c)[0]]]
     return Summary(
         problems,
-        {c: table_text(budget_table(run, c)) if c in begun else none_yet for c in columns},
+        {c: table_text(budget_table(run, c), PIPED) if c in begun else none_yet for c in columns},
         {c: measured_curves(run, c) for c in begun},
         sound,
         {level: run.kept(level) for level in levels},

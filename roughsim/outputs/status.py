@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
+from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import at_work, losses, seconds_left, state_line
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.run import Run
@@ -58,13 +59,15 @@ def status(run: Folder) -> Status:
         *losses(record),
     ]
     if record.independent:  # there is a sound member
-        for name in dict.fromkeys((*record.until, "flash_temperature")):
+        names = list(dict.fromkeys((*record.until, "flash_temperature")))
+        for name in names:
             estimate = record.estimate(name)
-            lines += estimate.explain().splitlines()
             parts = ("mean", "half_width", "total_error", "unknown", "bias")
             values["estimates"][name] = {
                 part: json_value(getattr(estimate, part)) for part in parts
             }
+        lines += str(budget_table(record, record.column(None), observables=names)).splitlines()
+        lines += [note for note in estimate.notes if not note.startswith("speeds ")]
         lines += record.needed_size()
     return Status("\n".join(lines), values)
 

@@ -121,7 +121,7 @@ def numerics_of(scene: Scene) -> Numerics:
         reasons=(
             *reasons,
             *slide_reasons(scene, numerics),
-            _cost_reason(scene, numerics, target),
+            cost_of(scene, numerics),
             workers_reason(numerics, largest_member(scene, numerics), member),
             Remark(
                 "choice",
@@ -175,13 +175,14 @@ def _heat_reasons(scene: Scene) -> Iterator[Remark]:
         yield Remark("choice", "scan", why, text)
 
 
-def _cost_reason(scene: Scene, numerics: Numerics, target: float) -> Remark:
-    """Return the approximate CPU time of a run up to a relative total 95 % error of T_flash.
+def cost_of(scene: Scene, numerics: Numerics) -> Remark:
+    """Return the approximate CPU time of a run up to the relative total 95 % error of T_flash of its scene.
 
     The least is the first round, or two levels of the main column with little scatter; the most has much scatter, and
     all levels.
     """
     most, fixed = scene.ensemble.most, scene.ensemble.realizations is not None
+    target = target_of(scene)
     main = numerics.coarse_levels(numerics.columns[-1])
     area = prediction.area_fractions(scene, numerics.levels[main[0]].q_max)["contact_fraction"]
     waves = min(numerics.lengths) * scene.spectrum.breaks[0] / (2 * pi)

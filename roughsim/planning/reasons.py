@@ -5,6 +5,7 @@ from math import prod
 
 from roughsim.grid import Array
 from roughsim.machine import SHARE, available_memory, in_words, usable_cores, workers_that_fit
+from roughsim.scene import Scene
 from roughsim.scene.numerics import Level, Numerics
 from roughsim.show.remarks import Remark
 from roughsim.show.table import Column, Table, significant
@@ -23,14 +24,39 @@ def plan_summary(title: str, numerics: Numerics, sizes: Iterable[Remark]) -> Tab
     rows = [("CPU time", f"{cost.value}, {cost.text.partition(',')[0]}")]
     for column in numerics.columns:
         levels = [numerics.levels[i] for i in numerics.of_column(column)]
-        x, y = max((level.shape for level in levels), key=prod)
+        x, y = _largest(levels)
         q_max = f"{levels[-1].q_max:.3g} rad/m"
-        rows.append((column, f"{len(levels)} levels to q_c = {q_max}, up to {x} × {y} points"))
-    for name in ("cell", "hardness", "slid distance", "slides", "scan", "workers", "memory"):
+        rows.append(
+            (
+                column,
+                f"{len(levels)} level{'s' * (len(levels) > 1)} to q_c = {q_max}, up to {x} × {y} points",
+            )
+        )
+    for name in ("workers", "memory", "slid distance", "slides", "cell", "hardness"):
         if name in reasons:
             rows.append((name, reasons[name].value))
-    rows += [(size.quantity, size.value) for size in sizes]
+    if "scan" in reasons:
+        rows.append(("error by the scan", reasons["scan"].value))
+    first = ("T_flash", "contact area")
+    weighed = sorted(sizes, key=lambda size: size.quantity not in first)  # else as they are
+    rows += [(size.quantity, size.value) for size in weighed]
     return Table([Column("", name=True), Column("")], rows, title)
+
+
+def opening(scene: Scene, numerics: Numerics, cost: Remark) -> str:
+    """Return the first sentence of a run: what it computes, to what target, and about how long."""
+    x, y = _largest(numerics.levels)
+    goal = cost.text.partition(",")[0]
+    if scene.ensemble.realizations is None:
+        others = {k: v for k, v in scene.ensemble.ends.items() if k != "flash_temperature"}
+        goal += " of T_flash" + "".join(f", {k} {100 * v:g} %" for k, v in others.items())
+    contacts = f"{' and '.join(numerics.columns)} contact, up to {x} × {y} points, {goal}"
+    return f"{scene.title or 'untitled'}: {contacts}; about {cost.value} of CPU time in all."
+
+
+def _largest(levels: Iterable[Level]) -> tuple[int, int]:
+    """Return the points along x and y of the largest grid."""
+    return max((level.shape for level in levels), key=prod)
 
 
 def workers_reason(numerics: Numerics, first: tuple[float, str], largest: float) -> Remark:

@@ -353,6 +353,8 @@ class Run(Estimates):
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "not finished"
+        if self.until:
+            state += f", target {'' if self.target_met else 'not '}met"
         columns = ", ".join(self.numerics.columns)
         about = f"<{type(self).__name__} {plain(self.folder)}: {self.extent}, {state}; {columns}>"
         return "\n".join([about, *marked(self.remarks)])

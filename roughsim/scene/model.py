@@ -444,6 +444,9 @@ class Scene(Record):
     def __repr__(self) -> str:
         return "\n".join([f"<Scene {self.title or 'untitled'}>", *marked(self.remarks)])
 
+    def __str__(self) -> str:
+        return "\n".join([str(scene_table(self.content())), *marked(self.remarks)])
+
     def _repr_html_(self) -> str:
         return in_notebook(scene_table(self.content()), *marked(self.remarks))
 

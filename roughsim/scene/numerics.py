@@ -334,6 +334,9 @@ class Numerics(Record):
         first = self.levels[level].first
         return "" if first is None else f"frozen contact, {first} realizations"
 
+    def __str__(self) -> str:
+        return str(self.table())
+
     def _repr_html_(self) -> str:
         return in_notebook(self.table())
 

@@ -11,6 +11,7 @@ _UNITS = (
     "nm, um, µm, mm, cm, m, mm/s, m/s, km/h, us, ms, s, K, eV, J, Pa, kPa, MPa, GPa, N/mm^2, g/cm^3, kg/m^3, 1/m, 1/mm,"
     " 1/um, rad/m, 1/s, deg, rad, %, J/(kg K), kJ/(kg K), J/(g K), W/(m K), W/(cm K)"
 )
+_MEANT = {"mu": "um", "mu m": "um", "µ": "um", "μ": "um", "u": "um", "ms-1": "m/s", "ms^-1": "m/s"}
 _JOULE_PER_EV, _PER_MOLE = Decimal("1.602176634e-19"), Decimal("6.02214076e23")
 _SYMBOLS = {
     "rms_height": ("h_rms", "Rq", "Sq"),
@@ -61,6 +62,8 @@ def suggestion(number: str, name: str, unit: str, units: Any) -> str:
     """
     if name[:1].isdigit():  # of a number with blanks between its thousands
         return "; write the number without blanks"
+    if unit == "Pa" and re.match(r"HV|HB|HRC", name):
+        return "; 100 HV or HB are about 1 GPa, a table has those of HRC"
     for spelling in _spellings(name):
         with suppress(Exception):  # pint fails in a dozen ways
             found = units.parse_units(spelling)
@@ -75,7 +78,9 @@ def suggestion(number: str, name: str, unit: str, units: Any) -> str:
 def _spellings(name: str) -> Iterator[str]:
     """Yield spellings that a unit may stand for: powers, Celsius, a joint denominator, the nearest common one."""
     powers = re.sub(r"(?<=[^\W\d_])(-?[1-9])", r"^\1", name)
+    yield _MEANT.get(name, powers)
     yield powers
+    yield name.lower()
     yield re.sub(r"^(deg\.? ?|° ?)?C$", "degC", name)
     yield re.sub(r"/\s*([^()/]*[^()/ ][ *·⋅][^()/]*)$", r"/(\1)", powers)
     common = nearest(powers, _UNITS.split(", "))

@@ -6,7 +6,12 @@ Every ± is a total error that holds with 95 %. Value and error both end at the 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10
+from shutil import get_terminal_size
+from textwrap import wrap
 from typing import Any
+from unicodedata import east_asian_width
+
+from roughsim.show.text import plain, plain_lines
 
 # SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
 SHOWN = {
@@ -18,6 +23,13 @@ SHOWN = {
     "Pa^2": ("GPa²", 1e-18),
 }
 _MOST_DIGITS = 6  # of a value that are worth printing
+PIPED = (
+    150  # columns: a pipe without the variable COLUMNS has no width, and no number is to be broken
+)
+_LEAST_TEXT = (
+    30  # columns that a text may be narrowed to; longer words, such as paths, are then broken
+)
+_GAP = 2  # columns between two of a table
 
 
 def shown(unit: str) -> tuple[str, float]:
@@ -97,6 +109,10 @@ class Table:
     rows: Sequence[Row]
     title: str = ""  # stands above
     notes: Sequence[str] = ()  # stand below, a sentence or two each, on marks and missing values
+    heads: int = 1  # columns on the left that a narrow terminal repeats before others
+
+    def __str__(self) -> str:
+        return table_text(self)
 
     def cells(self, k: int) -> list[str]:
         """Return the text of column k, a line per row; in a column of names a name is written once for its group."""
@@ -106,6 +122,90 @@ class Table:
             self.columns[k].name and n > 0 and texts[n - 1] == row for n, row in enumerate(texts)
         ]
         return ["" if repeat else row[k] for row, repeat in zip(texts, repeats, strict=True)]
+
+
+def columns_of_terminal(piped: int = PIPED) -> int:
+    """Return the variable COLUMNS, or the width of the terminal of the standard output, or `piped` without either."""
+    return get_terminal_size((piped, 1)).columns
+
+
+def table_text(table: Table, width: int | None = None) -> str:
+    """Return a table as plain text, of at most `width` columns, by default the terminal's, if its numbers allow it.
+
+    No number and no word is cut: text is wrapped, then columns continue in a block below, after the heads of the rows.
+    """
+    width = width or columns_of_terminal()
+    cells = [[plain(text) for text in table.cells(k)] for k in range(len(table.columns))]
+    least = [_least_width(c, texts) for c, texts in zip(table.columns, cells, strict=True)]
+    lines = wrapped(table.title, width) if table.title else []
+    for n, places in enumerate(_blocks(least, table.heads, width)):
+        lines += [""] * (n > 0)
+        lines += _block_lines([(table.columns[k], cells[k], least[k]) for k in places], width)
+    for note in table.notes:
+        lines += wrapped(note, width)
+    return "\n".join(lines)
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Return the lines of a text, broken between words."""
+    lines = plain_lines(text).split("\n")
+    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return [part for line in lines for part in wrap(line, width, **whole) or [""]]
+
+
+def _columns_of(text: str) -> int:
+    """Return the columns of a terminal that a text takes."""
+    return len(text) + sum(east_asian_width(c) in "WF" for c in text)
+
+
+def _least_width(column: Column, texts: Sequence[str]) -> int:
+    """Return the width to which a column may be narrowed: of its cells, or of the longest word of a text."""
+    if column.number or column.name:  # cells stay whole, and the title takes two lines
+        whole = (*column.title.split(), *texts)
+        return max((len(column.title) + 1) // 2, 1, *map(_columns_of, whole))
+    words = " ".join((column.title, *texts)).split()
+    return min(max(map(_columns_of, words), default=0), _LEAST_TEXT)
+
+
+def _blocks(least: Sequence[int], heads: int, width: int) -> list[list[int]]:
+    """Return the places of the columns of each block, which begins with the heads; as wide as `width`, if it can be."""
+    first = list(range(min(heads, len(least))))
+    blocks = [[*first]]
+    for k in range(len(first), len(least)):
+        taken = sum(least[i] + _GAP for i in blocks[-1]) + least[k]
+        if taken > width and len(blocks[-1]) > len(first):
+            blocks.append([*first])
+        blocks[-1].append(k)
+    return blocks
+
+
+def _block_lines(columns: Sequence[tuple[Column, list[str], int]], width: int) -> list[str]:
+    """Return the lines of columns side by side, each with its cells and its least width."""
+    widths = [least for _, _, least in columns]
+    longest = [max(map(_columns_of, (column.title, *texts))) for column, texts, _ in columns]
+    wide = [k for k, (column, _, _) in enumerate(columns) if not (column.number or column.name)]
+    room = width - _GAP * (len(columns) - 1) - sum(widths) + sum(widths[k] for k in wide)
+    for n, k in enumerate(sorted(wide, key=longest.__getitem__)):  # a short text leaves room
+        widths[k] = max(widths[k], min(longest[k], room // (len(wide) - n)))
+        room -= widths[k]
+    lines = []
+    titles = [column.title for column, _, _ in columns]
+    for i, row in enumerate([titles, *zip(*(texts for _, texts, _ in columns), strict=True)]):
+        parts = [
+            wrap(text, max(size, 1), break_on_hyphens=False)
+            for text, size in zip(row, widths, strict=True)
+        ]
+        height = max(map(len, parts))
+        for part in parts:
+            missing = [""] * (height - len(part))
+            part[:] = [*missing, *part] if i == 0 else [*part, *missing]  # titles stand below
+        for line in zip(*parts, strict=True):
+            cells = []
+            for text, size, (column, _, _) in zip(line, widths, columns, strict=True):
+                blank = " " * (size - _columns_of(text))
+                cells.append(blank + text if column.number else text + blank)
+            lines.append((" " * _GAP).join(cells).rstrip())
+    return lines
 
 
 def significant(value: float, digits: int) -> str:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
-from roughsim.show.terminal import table_text
 from roughsim.studies.figure import draw_study, usual_choice
 from roughsim.studies.files import save_study, study_dict, study_results
 from roughsim.studies.results import StudyResults
@@ -87,7 +86,7 @@ class Study(StudyResults):
         return f"<Study {self.folder}: {self.finished} of {len(self.points)} points finished; {', '.join(self.keys)}>"
 
     def __str__(self) -> str:
-        return table_text(study_table(self))
+        return str(study_table(self))
 
     def _repr_html_(self) -> str:
         return in_notebook(study_table(self))

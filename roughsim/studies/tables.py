@@ -95,7 +95,7 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
         row += [_exponent(trends.get((point.name, name, angle))) for name in paired]
         rows.append([*row, _mark(values.values(), point.place)] if marks else row)
     notes = _notes(study, observable, _unknown_parts(shown), marks, trends)
-    return Table(columns, rows, study.scene.title, notes)
+    return Table(columns, rows, study.scene.title, notes, len(study.keys))
 
 
 def asked_table(study: StudyResults) -> Table | None:

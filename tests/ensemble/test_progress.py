@@ -104,12 +104,12 @@ def test_a_script_shows_no_bar(quick, tmp_path, capfd):
 
 def test_a_script_prints_a_line_after_each_silence_which_grows(monkeypatch, capsys):
     monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.1)
-    with Progress("planning") as progress:
+    with Progress("planning") as progress:  # without a count there is no line
         time.sleep(0.15)
-        progress.show("computing", 0.0, 0)
+        progress.show("0/4 members", 0.0, 0)
         time.sleep(0.85)  # lines after 0.1 s, 0.3 s and 0.7 s; the next would follow after 1.5 s
     said = capsys.readouterr().err.splitlines()
-    assert said == ["0:00:00 planning", "0:00:00 computing", "0:00:01 computing"]
+    assert said == ["0:00:00 0/4 members", "0:00:01 0/4 members"]
     time.sleep(0.7)
     assert capsys.readouterr().err == ""  # nothing after the end
 
@@ -121,7 +121,7 @@ def test_a_run_of_a_script_is_not_silent(quick, tmp_path, monkeypatch, capsys):
     short = replace(quick, ensemble=replace(quick.ensemble, max_realizations=1))
     rs.study(short, vary={"sliding.nominal_pressure": [5e7]}, folder=tmp_path / "study")
     said = capsys.readouterr().err
-    assert re.search(r"(?m)^0:00:\d\d (planning|computing)$", said)
+    assert re.search(r"(?m)^0:00:\d\d round 1: \d+/\d+ members", said)
     rs.bench(quick, stages=["contact"], realizations=4)
     assert re.search(r"(?m)^0:00:\d\d contact: .* precision, tolerance ", capsys.readouterr().err)
     assert re.search(r"(?m)^0:00:\d\d (planning 1 points|0 of 1 points finished.*)$", said)

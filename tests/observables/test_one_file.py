@@ -31,7 +31,7 @@ from roughsim.results.export import export_run
 from roughsim.outputs.run_report import errors_section
 from roughsim.show.markup import html_table
 from roughsim.comparison.compare import comparison_table
-from roughsim.show.terminal import table_text
+from roughsim.show.table import table_text
 
 scene = rs.load_scene("own.toml")
 Path("again.toml").write_text(scene.to_toml())

@@ -171,7 +171,7 @@ def test_plan_theory_compare_and_report_print_the_same_statements(tmp_path):
     outputs = [
         CliRunner().invoke(app, [verb, str(path), "--all"]).output for verb in ("plan", "theory")
     ]
-    outputs.append(CliRunner().invoke(app, ["compare", str(tmp_path / "run")]).stdout)
+    outputs.append(CliRunner().invoke(app, ["compare", str(tmp_path / "run"), "--all"]).stdout)
     outputs.append(rs.report(rs.open_run(tmp_path / "run"), tmp_path / "run.html").read_text())
     for text in outputs:
         flat = re.sub(r"<[^>]*>", " ", text)

@@ -22,7 +22,7 @@ from roughsim.observables.catalogue import observables_of
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.results.export import export_run
 from roughsim.results.simulated import Single
-from roughsim.show.terminal import table_text
+from roughsim.show.table import table_text
 from roughsim.store.member_files import BINS
 from roughsim.store.parts import read_part
 
@@ -125,6 +125,14 @@ def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
     assert still["temperature"] == moving["temperature"] == 560.0
     assert still["capped"]["mean"] == 0.0
     assert 0.0 < moving["capped"]["mean"] < 1.0
+    # without --all, too: all that the scene asks for, by the law and by contact
+    short = table.asked()
+    assert [c.title for c in short.columns] == ["observable", "calibrated", "capped"]
+    assert {row[0].partition(",")[0] for row in short.rows} >= {
+        *of_reaction,
+        "heat_share_above 560 K",
+    }
+    assert str(short) in str(table)
     whole = table_text(table.table())
     assert "reaction_rate, 1 eV, 1/s" in whole
     assert "heat_share_above 560 K" in whole

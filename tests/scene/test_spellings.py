@@ -10,6 +10,9 @@ from roughsim.scene import parse_scene
     ("key", "written", "meant"),
     [
         ("nominal_pressure", "90 N/mm2", "90 N/mm^2"),
+        ("speed", "35 ms-1", "35 m/s"),
+        ("rms_height", "0.9 mu", "0.9 um"),
+        ("rms_height", "0.9 MICROMETER", "0.9 micrometer"),
         ("nominal_pressure", "0.09 Gpa", "0.09 GPa"),
         ("nominal_pressure", "90 mpa s", "90 MPa"),
         ("density", "7.9 g/cm3", "7.9 g/cm^3"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.show.terminal import table_text
+from roughsim.show.table import table_text
 
 HOSTILE = "<script>alert(1)</script> & <b>bold</b>"
 

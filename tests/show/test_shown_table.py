@@ -2,8 +2,8 @@
 
 import pytest
 
-from roughsim.show.table import Column, Number, Table
-from roughsim.show.terminal import PlainConsole, table_text
+from roughsim.cli.words import print_parts
+from roughsim.show.table import Column, Number, Table, table_text
 
 COLUMNS = (
     Column("observable", name=True),
@@ -62,8 +62,35 @@ def test_a_table_without_titles_has_no_line_of_them():
     assert line.split() == ["a", "b"]
 
 
+def test_narrow_table_goes_on_below_its_heads():
+    columns = [Column("observable", name=True), *(Column(f"q{k}", number=True) for k in range(4))]
+    row = ["T_flash", *(Number(10.0**k, error=1.0) for k in range(4))]
+    table = Table(columns, [row])
+    assert len(table_text(table, 60).splitlines()) == 2
+    lines = table_text(table, 40).splitlines()
+    assert max(map(len, lines)) <= 40
+    assert [line.split()[0] for line in lines if line] == ["observable", "T_flash"] * 2
+    whole = " ".join(" ".join(lines).split())
+    assert all(str(cell) in whole for cell in row)
+
+
+def test_words_are_broken_nowhere():
+    words = ["a_word_of_29_letters_as_of_key", "pressure_variance"]
+    table = Table([Column("choice"), Column("because")], [words, words[::-1]])
+    lines = table_text(table, 20).splitlines()
+    assert all(word in " ".join(lines) for word in words)
+
+
+def test_columns_is_the_width_of_a_pipe(monkeypatch):
+    for width in (40, 60):
+        monkeypatch.setenv("COLUMNS", str(width))
+        assert str(TABLE) == table_text(TABLE, width)
+    monkeypatch.delenv("COLUMNS")
+    assert str(TABLE) == table_text(TABLE, 150)
+
+
 def test_tables_stand_apart_and_lines_do_not(capsys):
-    PlainConsole().print_parts("line", TABLE, Table([Column("")], [("end",)]), "line")
+    print_parts("line", TABLE, Table([Column("")], [("end",)]), "line")
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     assert lines[:2] == ["line", "Title"]
     assert lines[-3:] == ["", "end", "line"]

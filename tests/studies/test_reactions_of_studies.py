@@ -11,7 +11,7 @@ import pytest
 import roughsim as rs
 from roughsim.estimate.asked import ABOUT
 from roughsim.outputs.study_report import page
-from roughsim.show.terminal import table_text
+from roughsim.show.table import table_text
 from roughsim.studies.figure import curves_of, usual_choice
 from roughsim.studies.results import SPEED
 from roughsim.studies.tables import asked_table
