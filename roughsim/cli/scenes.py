@@ -19,6 +19,7 @@ from roughsim.cli.words import (
     Set,
     TargetError,
     Workers,
+    changes_of,
     check_figure,
     complete_form,
     complete_scene,
@@ -165,6 +166,7 @@ def run(  # noqa: PLR0913  (each is an option)
     For example: roughsim run demo -o runs/demo --target-error 1%
     """
     from roughsim.scene.checks import check_ends
+    from roughsim.scene.files import with_map
 
     check_figure(chart)
     began = time.monotonic()
@@ -179,12 +181,13 @@ def run(  # noqa: PLR0913  (each is an option)
         "ensemble.realizations": members,
     }
     options = ensemble | {"numerics.threads": threads, "numerics.keep_fields": keep_fields}
-    loaded = open_scene(scene, changes, options)
+    loaded, measured = with_map(scene, changes_of(changes, options))
     check_ends(loaded.ensemble, {"--until": until, "--max": most})
     begun = (output / "run.json").exists()
     if not output.is_file():  # which is refused below
         note(f"going on with {output}" if begun else f"planning {scene}")
     from roughsim.ensemble import executors
+    from roughsim.ensemble.map_beside import press_beside
     from roughsim.ensemble.progress import Progress
     from roughsim.ensemble.run import begin, complete
     from roughsim.ensemble.status import losses, outcome
@@ -198,6 +201,7 @@ def run(  # noqa: PLR0913  (each is an option)
             with Progress("computing") as bar:
                 begun_run = [(loaded, numerics, output)]
                 (result,) = complete(begun_run, allowed, bar.update, began=bar.update)
+            press_beside(result, measured)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
     tell(
@@ -267,9 +271,7 @@ def press(
     The key topography of [surface] names it. The map is made periodic by its mirror images, or laid side by side as it
     is (tile) if its file marks it as periodic. The run opens as any other: compare, plot, report, explore.
     """
-    from roughsim.scene.changes import read_changes
-
-    pressed = rs.press(scene, output, edges=edges, changes=read_changes(changes or []))  # type: ignore[arg-type]
+    pressed = rs.press(scene, output, edges=edges, changes=changes_of(changes))  # type: ignore[arg-type]
     _compare(pressed, None)
 
 

@@ -67,14 +67,19 @@ Workers = Annotated[
 ]
 
 
-def open_scene(
-    name: str, words: list[str] | None, options: dict[str, Any] | None = None
-) -> "Scene":
-    """Return a scene with the changes that were written as KEY=VALUE, and those by other options that are not None."""
+def changes_of(words: list[str] | None, options: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Return the changes that were written as KEY=VALUE, and those by other options that are not None."""
     from roughsim.scene.changes import read_changes
 
     by_options = {key: value for key, value in (options or {}).items() if value is not None}
-    return rs.load_scene(name, read_changes(words or []) | by_options)
+    return read_changes(words or []) | by_options
+
+
+def open_scene(
+    name: str, words: list[str] | None, options: dict[str, Any] | None = None
+) -> "Scene":
+    """Return a scene with the changes by words and options."""
+    return rs.load_scene(name, changes_of(words, options))
 
 
 def open_without_damaged(folder: Path) -> "Run | Study":

@@ -1,7 +1,7 @@
 """Cells of a pressed map, the source of its members: the map itself and its four quadrants, made periodic."""
 
 from dataclasses import dataclass, replace
-from math import pi
+from math import ceil, pi
 from typing import Any
 
 import numpy as np
@@ -73,7 +73,11 @@ class MapCells(DrawnSurfaces):
         }
         if len(self.cells) == 1:
             note("the map and its phase-randomized surrogate")
-            ratios["over_twin"] = _over_surrogate(problem, self.topography)
+            own = self.topography.grid
+            sides = zip(own.lengths, problem.grid.lengths, problem.grid.shape, strict=True)
+            nx, ny = (round(n * side / cell) for side, cell, n in sides)
+            alone = replace(problem, grid=Grid((nx, ny), own.lengths))
+            ratios["over_twin"] = over_twins(alone, self.topography, 1)[0].tolist()
         cell, pressure = self.cells[problem.index], solution.contact.pressure
         q_max = float(problem.spectrum.breaks[-1])
         beside = overshoots(solution.heights, cell.heights, cell.grid, q_max)
@@ -106,26 +110,29 @@ def over_mean(
     return result
 
 
-def _over_surrogate(problem: Problem, topography: Topography) -> list[float]:
-    """Return T_flash of a map over T_flash of its phase-randomized surrogate, at each speed, by two solves.
+def points_of(grid: Grid, pixels: float, q_max: float) -> tuple[int, int]:
+    """Return the points of a cell with so many pixels per shortest wave, 2π/`q_max`, along its coarser side."""
+    factor = pixels * q_max * max(grid.spacing) / (2 * pi)
+    x, y = (4 * ceil(n * factor / 4 - 1e-4) for n in grid.shape)
+    return x, y
 
-    The cell has the map's own sides, with pixels and cut-off of `problem`. A map that is not periodic is replaced by
-    its periodic part, so that both have the same |h(q⃗)| without a step, and without crossed lays.
+
+def over_twins(problem: Problem, topography: Topography, draws: int) -> Array:
+    """Return T_flash of a map over T_flash of each of its phase-randomized twins, shape (`draws`, speeds).
+
+    The grid of `problem` has the map's own sides. A map that is not periodic is replaced by its periodic part, so that
+    all have the same |h(q⃗)| without a step, and without crossed lays.
     """
     own = topography.grid
     heights = topography.heights if topography.periodic else periodic_part(topography.heights)
-    sides = zip(own.lengths, problem.grid.lengths, problem.grid.shape, strict=True)
-    nx, ny = (round(n * side / cell) for side, cell, n in sides)
-    grid = Grid((nx, ny), own.lengths)
     rng = np.random.default_rng(
         np.random.SeedSequence(problem.seed, spawn_key=(_SURROGATE_STREAM,))
     )
     q_max = float(problem.spectrum.breaks[-1])
-    temperatures = []
-    for surface in (heights, gaussian_twin(heights, rng)):
-        solved = solve_problem(
-            replace(problem, grid=grid), heights=band_limited(surface, own, grid.shape, q_max)
-        )
-        temperatures.append(solved.observables.flash_temperature)
-    ratio: list[float] = (temperatures[0] / temperatures[1]).tolist()
-    return ratio
+
+    def flash(surface: Array) -> Array:
+        fine = band_limited(surface, own, problem.grid.shape, q_max)
+        return solve_problem(problem, heights=fine).observables.flash_temperature
+
+    of_map = flash(heights)
+    return np.array([of_map / flash(gaussian_twin(heights, rng)) for _ in range(draws)])

@@ -6,13 +6,13 @@ T_flash is also computed by the direction of sliding, and relative to a phase-ra
 import hashlib
 from collections.abc import Mapping
 from dataclasses import replace
-from math import ceil, pi
+from math import pi
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
-from roughsim.ensemble.map_cells import MapCells, cell_of, quadrants
+from roughsim.ensemble.map_cells import MapCells, cell_of, points_of, quadrants
 from roughsim.ensemble.run import begin, complete, shown
 from roughsim.errors import ConvergenceError, ResolutionError
 from roughsim.grid import Grid
@@ -220,9 +220,7 @@ def _numerics(scene: Scene, whole: Grid, part: Grid, edges: str) -> Numerics:
 def _levels(column: Column, grid: Grid, resolution: Resolution, **about: Any) -> list[Level]:
     """Return the levels of a cell with the points of a map."""
     q_max, pixels, whole = resolution
-    # points of the level per point of the map
-    factor = pixels * q_max * max(grid.spacing) / (2 * pi)
-    x, y = (4 * ceil(n * factor / 4 - 1e-4) for n in grid.shape)
+    x, y = points_of(grid, pixels, q_max)
     steps = [(1, 1.0), (2, 1.0)] if whole else [(0.5, 0.5), (1, 0.5), (1, 1.0), (2, 1.0)]
     return [
         Level(column, (int(times * x), int(times * y)), part * q_max, **about)

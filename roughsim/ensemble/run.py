@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim import prediction
 from roughsim.ensemble.executors import Workers
+from roughsim.ensemble.map_beside import press_beside
 from roughsim.ensemble.sources import Source
 from roughsim.ensemble.tasks import Tasks, source_of
 from roughsim.errors import RecordError
@@ -24,9 +25,10 @@ from roughsim.planning.realization import scene_of
 from roughsim.results.description import RunDescription, content_of, folder_state, read_description
 from roughsim.results.folder import unread_run
 from roughsim.results.run import Run
-from roughsim.scene import Scene, SceneLike, as_scene
+from roughsim.scene import Scene, SceneLike
 from roughsim.scene.checks import check_ends, check_levels
 from roughsim.scene.ensemble import TARGET
+from roughsim.scene.files import with_map
 from roughsim.scene.numerics import Numerics
 from roughsim.show.remarks import warn_of
 from roughsim.store.claims import Claims
@@ -125,7 +127,7 @@ def run(  # noqa: PLR0913  (each is an option)
     ends = {"until": until, "max_realizations": max_realizations}
     given: dict[str, Any] = {"seed": seed, "realizations": realizations, **ends}
     ensemble = {f"ensemble.{key}": value for key, value in given.items() if value is not None}
-    scene = as_scene(scene, {**(changes or {}), **ensemble})
+    scene, measured = with_map(scene, {**(changes or {}), **ensemble})
     check_ends(scene.ensemble, ends)
     folder = Path(folder)
     with allowed, shown(progress and observer is None, "planning") as bar:
@@ -136,7 +138,10 @@ def run(  # noqa: PLR0913  (each is an option)
         numerics = begin(scene, folder, numerics)
         warn_of(judge(scene, numerics).remarks)
         began = None if bar is None else bar.update
-        return complete([(scene, numerics, folder)], allowed, observer or began, began=began)[0]
+        begun = [(scene, numerics, folder)]
+        (result,) = complete(begun, allowed, observer or began, began=began)
+        press_beside(result, measured)
+        return result
 
 
 def shown(wanted: bool, text: str) -> "AbstractContextManager[Progress | None]":

@@ -57,6 +57,7 @@ class Plausibility:
     scene: Scene
     facts: Facts | None
     remarks: list[Remark]  # the most serious first
+    of_run: tuple[Remark, ...] = ()  # statements that a run adds
 
     @property
     def warnings(self) -> list[str]:
@@ -66,7 +67,7 @@ class Plausibility:
     @cached_property  # .02 s, which a run does without
     def statements(self) -> list[Remark]:
         """Its assumptions."""
-        return statements(self.scene)
+        return [*statements(self.scene), *self.of_run]
 
     @property
     def sizes(self) -> list[Remark]:

@@ -40,7 +40,7 @@ from roughsim.table import Estimate, Results, concat
 
 SAME_MODES, UP_TO_CUT_OFF = "theory_same_modes", "theory_at_cut_off"
 BY_DIRECTION = "flash_temperature_by_direction"  # of a pressed map
-OVER_TWIN = "map_over_gaussian_twin"  # T_flash of a pressed map over that of a map of random phases
+OVER_TWIN = "map_over_gaussian_twin"  # T_flash of a map over that of maps of random phases
 _ABOUT = {"angle": {"units": "rad", "description": "of sliding, from x towards y"}}
 MEANINGS = THEORIES | {
     SAME_MODES: "the theory summed over the modes of the simulated cell, up to q_c",
@@ -120,6 +120,8 @@ def observables_of(run: Run) -> list[str]:
     names += asked_names(run.scene)
     if not run.drawn:
         names += [BY_DIRECTION, OVER_TWIN]
+    elif run.map_ratio is not None:
+        names.append(OVER_TWIN)
     return names
 
 
@@ -180,14 +182,15 @@ def _simulated(
 
 
 def _of_map(run: Run, observable: str, column: str) -> Estimate | None:
-    """Return T_flash of a pressed map by direction, or over its map of random phases; None while parts are missing."""
+    """Return T_flash of a map by direction, or over maps of random phases; None while parts are missing."""
     if observable == OVER_TWIN:
-        twin = run.over_twin  # of one map: it shows no scatter
-        return (
-            None
-            if twin is None
-            else Estimate.of(observable, "1", twin, speed_axis(observable, twin, run.scene.speeds))
-        )
+        twin, beside, budget = run.over_twin, run.map_ratio, {}  # of one twin: it shows no scatter
+        if beside is not None and not beside.reason and column == run.column(None):
+            twin, budget = beside.ratio, {"statistical": beside.error}
+        if twin is None:
+            return None
+        axis = speed_axis(observable, twin, run.scene.speeds)
+        return Estimate.of(observable, "1", twin, axis, budget)
     pieces = {(k,): run.in_direction(name, column) for k, name in enumerate(run.angles)}
     if not pieces:
         return None

@@ -19,6 +19,7 @@ from roughsim.results import heated, pressed
 from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
 from roughsim.results.description import RunDescription
 from roughsim.results.heated import Field
+from roughsim.results.map_ratio import MapRatio
 from roughsim.results.members import Damaged, Members
 from roughsim.results.simulated import Estimates
 from roughsim.scene import Scene
@@ -142,7 +143,17 @@ class Run(Estimates):
             )
             measured = ByMean(self.column(None), flash, share, share * flash)
         judged = limits.judge(self.scene, self.numerics, drawn=self.drawn, measured=measured)
-        return replace(judged, remarks=judged.remarks + pressed.remarks(self.members))
+        beside = self.map_ratio
+        return replace(
+            judged,
+            remarks=judged.remarks + pressed.remarks(self.members),
+            of_run=() if beside is None else (beside.statement,),
+        )
+
+    @property
+    def map_ratio(self) -> MapRatio | None:
+        """T_flash of the measured map itself over that of drawn surfaces; None of a run without it."""
+        return MapRatio.read(self.folder, len(self.scene.speeds))
 
     @property
     def angles(self) -> dict[str, float]:

@@ -120,6 +120,20 @@ def as_scene(scene: SceneLike, changes: Mapping[str, Any] | None = None) -> Scen
     return _loaded(scene.content(), changes) if changes else scene
 
 
+def with_map(
+    scene: SceneLike, changes: Mapping[str, Any] | None = None
+) -> "tuple[Scene, Topography | None]":
+    """Return a scene as `as_scene`, and its map, if files name one, of its only rough face; errors as `load_scene`."""
+    if isinstance(scene, Scene):
+        return as_scene(scene, changes), None
+    content, source, folder = scene_content(scene)
+    scans: Scans = {}
+    loaded = scene_of(content, changes or {}, source, folder, scans)
+    found = [scan for several in scans.values() for _, scan in several]
+    alone = len(found) == len(loaded.faces) == 1 and found[0].heights.ndim == 2
+    return loaded, cast("Topography", found[0]) if alone else None
+
+
 def scene_content(name_or_path: SceneSource) -> tuple[dict[str, Any], str, Path | None]:
     """Return the content of a scene file, its name in errors, and the folder of its relative paths."""
     if isinstance(name_or_path, Mapping):
