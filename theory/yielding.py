@@ -46,7 +46,7 @@ _STEPS = (0.01, 0.5)  # e-folds: finer ones take long, coarser ones leave spline
 # the range of the contacts that the law was compared with
 _SHARE = (0.005, 0.6)  # σ₀/σ_P
 _BAND = (2.0, inf)  # q_max/q_min
-_PLATEAU = (1.0, 16.0)  # q_r/q_min
+_PLATEAU = (1.0, 16.0)  # q_r over the first wave that counts
 _ROLLED = (
     2.05  # power of q, times which C is largest at q_r: above 2, so that a flat q²C ends at q_r
 )
@@ -58,6 +58,8 @@ _FITTED = 2.0
 _LAST = (
     0.01  # of the largest part of an octave in G: the last wave with as much ends C(q) for the law
 )
+# of the part of the octave at q_r in T_flash of full contact at rest: the first wave with as much counts
+_FIRST = 0.01
 _YIELDED = (0.25, 8.0)  # q_y/q_r if all has yielded at q_max
 _YIELDING = (1.0, 32.0)  # q_max/q_r if not
 GAPS = (
@@ -213,7 +215,9 @@ def _compared(
     loads, ends = elastic
     height = q**_ROLLED * level
     roll_off = q[np.flatnonzero(height >= (1 - _ROUNDING) * height.max())[-1]]
-    _inside("q_roll_off/q_min", roll_off / q[0], _PLATEAU)
+    warm = q**3 * level
+    first = q[np.flatnonzero((warm >= _FIRST * warm[q == roll_off]) & (q <= roll_off))[0]]
+    _inside("q_roll_off/q_min", roll_off / first, _PLATEAU)
     gaps = octaves_of_gaps(q, q**4 * level, FAINT)
     _inside("octaves of gaps in C(q)", gaps, _ELASTIC_GAPS if is_elastic else GAPS)
     q_y = inf
