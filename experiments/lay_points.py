@@ -47,7 +47,11 @@ def without_lay(face: Any) -> rs.SelfAffineSpectrum:
     """Return C(q) of a face by its slope, exponents and ends."""
     ends = {"q_min": face.q_min, "q_max": face.band * face.q_min}
     return rs.SelfAffineSpectrum.from_rms_slope(
-        face.slope, hurst=face.hurst, q_roll_off=face.plateau * face.q_min, **ends
+        face.slope,
+        hurst=face.hurst,
+        q_roll_off=face.plateau * face.q_min,
+        roll_off_exponent=getattr(face, "exponent", 0.0),
+        **ends,
     )
 
 

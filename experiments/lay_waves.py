@@ -3,16 +3,18 @@
     python experiments/lay_waves.py [--draw] [--solve LIST] [--toy] [-o FOLDER]
 
 The lists are in reference/lay_waves.json and were committed before any was solved; `--draw` writes them anew. "tuned"
-chose the form, "judged" was solved when it was committed. A third has one direction and a γ of its own in each octave,
+chose the form, "judged" was solved when it was committed. "wide" has, as scans have, four octaves or more of longer
+waves that count for little: C ~ q^(−0 … −1.3) below q_r. A third has one direction and a γ of its own in each octave,
 1 … 10, a third also a direction of its own, a third two crossed lays; each second face is elastic. `--solve` adds to
 reference/lay_waves_solved.json ⟨Tσ⟩/⟨σ⟩ over half the cell from rest, in four directions, of members on 256² points in
-cells of four longest waves, and of their twins of the same C(q) without directions: pixel and cell err alike in both.
+cells of four longest waves (wide: 1024², one), and of their twins of the same C(q) without directions: pixel and cell
+err alike in both.
 """
 
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import inf, log, pi, radians, sqrt
 from pathlib import Path
 from typing import Any
@@ -29,8 +31,9 @@ from roughsim.surface.directions import DirectedSpectrum, Directions, with_lays
 from theory import lay
 
 FOLDER = Path(__file__).parent / "reference"
-LISTS = {"tuned": (6111, 8), "judged": (6112, 18)}  # seed, number of faces
-POINTS, WAVES, MEMBERS = 256, 4, 4
+LISTS = {"tuned": (6111, 8), "judged": (6112, 18), "wide": (6113, 9)}  # seed, number of faces
+SIZES = {"wide": (1024, 1, 2)}  # points per side, longest waves, members; of the others:
+SIZE = 256, 4, 4
 DIRECTIONS = (0.0, pi / 4, pi / 2, 3 * pi / 4)
 KINDS = ("octaves", "turned", "crossed")
 ANGLES = 90
@@ -52,6 +55,7 @@ class Face:
     pressure: float
     hardness: float | None
     speeds: tuple[float, float]
+    exponent: float = 0.0  # of C(q) below q_r
 
     @property
     def mean(self) -> rs.SelfAffineSpectrum:
@@ -111,6 +115,23 @@ def draw(rng: np.random.Generator, kind: str, *, elastic: bool) -> Face:
     )
 
 
+def wider(rng: np.random.Generator, face: Face) -> Face:
+    """Return a face with four octaves or more of longer waves, which fit into a cell of 1024² points."""
+    factor = float(np.exp(rng.uniform(log(16.0), log(250.0 / face.band))))
+    octaves = 0 if face.kind == "crossed" else round(np.log2(factor))
+    longer = [
+        (round(rng.uniform(1.0, 8.0), 2), round(rng.uniform(0, 180), 1)) for _ in range(octaves)
+    ]
+    return replace(
+        face,
+        lays=(*longer, *face.lays),
+        q_min=face.q_min / factor,
+        plateau=face.plateau * factor,
+        band=face.band * factor,
+        exponent=round(rng.uniform(0.0, 1.3), 2),
+    )
+
+
 def isotropic(face: Face) -> Any:
     """Return the stress of its C(q) without directions, by the law; ValueError outside its range."""
     return lay.stress_of_lay(
@@ -129,6 +150,8 @@ def drawn(name: str) -> list[Face]:
     while len(faces) < count:
         number = len(faces)
         face = draw(rng, KINDS[number % 3], elastic=number % 2 == 0)
+        if name == "wide":
+            face = wider(rng, face)
         try:
             isotropic(face)
         except ValueError:
@@ -146,9 +169,10 @@ def points(name: str) -> list[Face]:
     ]
 
 
-def member(face: Face, spectrum: Any, seed: int, count: int) -> dict[str, Any]:
+def member(face: Face, spectrum: Any, seed: int, size: tuple[int, int]) -> dict[str, Any]:
     """Return T_flash, (directions, speeds), and the areas of one member."""
-    side = WAVES * 2 * pi / face.q_min
+    count, waves = size
+    side = waves * 2 * pi / face.q_min
     grid = rs.Grid((count, count), (side, side))
     cut = spectrum.truncated(q_max=min(face.band * face.q_min, grid.nyquist / 2))
     heights = rs.synthesize(cut, grid, np.random.default_rng([61, seed]), amplitudes="fixed")
@@ -163,11 +187,12 @@ def member(face: Face, spectrum: Any, seed: int, count: int) -> dict[str, Any]:
     return {"flash": np.array(found)} | areas
 
 
-def solve(face: Face, members: int, count: int) -> dict[str, Any]:
+def solve(face: Face, *size: int) -> dict[str, Any]:
     """Return the means over members of a face and of its twin, and the standard errors of ln T_flash."""
     row: dict[str, Any] = {}
+    *cell, members = size
     for name, spectrum in (("face", face.spectrum), ("twin", face.spectrum.whole)):
-        all_of = [member(face, spectrum, seed, count) for seed in range(members)]
+        all_of = [member(face, spectrum, seed, tuple(cell)) for seed in range(members)]
         logs = np.log([each["flash"] for each in all_of])
         row[name] = {
             "flash": np.exp(logs.mean(axis=0)).tolist(),
@@ -178,7 +203,7 @@ def solve(face: Face, members: int, count: int) -> dict[str, Any]:
     return row
 
 
-def law(face: Face, *, directed: bool) -> np.ndarray:
+def law(face: Face, waves: int, *, directed: bool) -> np.ndarray:
     """Return T_flash by the law, (directions, speeds), K, with the directions of C(q⃗) or without."""
     contact = {
         "effective_modulus": MODULUS,
@@ -191,16 +216,21 @@ def law(face: Face, *, directed: bool) -> np.ndarray:
         stress = lay.stress_of_lay(face.spectrum.whole, 1.0, **contact)
     load = {"nominal_pressure": face.pressure, "friction_coefficient": FRICTION}
     angles = np.array(DIRECTIONS)[:, None]
-    slid = WAVES * pi / face.q_min
+    slid = waves * pi / face.q_min
     found = lay.flash_temperature(face.speeds, angles, stress, **load, **BODY, slid_distance=slid)
     return np.asarray(found)
 
 
-def compared(face: Face, row: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-    """Return ln of law over simulation, (directions, speeds), beside the twin: in directions, and without."""
-    simulated = np.log(row["face"]["flash"]) - np.log(row["twin"]["flash"]).mean(axis=0)
-    plain = law(face, directed=False)
-    return np.log(law(face, directed=True) / plain) - simulated, -simulated
+def compared(face: Face, row: dict[str, Any], waves: int) -> list[np.ndarray]:
+    """Return ln of law over simulation, (directions, speeds), beside the twin: in directions, and without.
+
+    The third is of the twin itself.
+    """
+    twin = np.log(row["twin"]["flash"]).mean(axis=0)
+    simulated = np.log(row["face"]["flash"]) - twin
+    plain = law(face, waves, directed=False)
+    ratio = np.log(law(face, waves, directed=True) / plain)
+    return [ratio - simulated, -simulated, np.log(plain) - twin]
 
 
 def main() -> None:
@@ -217,13 +247,15 @@ def main() -> None:
         every = []
         for k, face in enumerate(points(name)[: 2 if options.toy else None]):
             if options.toy or options.solve == name:
-                size = (2, 64) if options.toy else (MEMBERS, POINTS)
+                size = (64, 4, 2) if options.toy else SIZES.get(name, SIZE)
                 rows.once(name, str(k), lambda face=face, size=size: solve(face, *size))
             if str(k) in rows[name]:
                 row: Any = rows[name][str(k)]
-                every.append(100 * np.expm1(compared(face, row)))
+                every.append(100 * np.expm1(compared(face, row, SIZES.get(name, SIZE)[1])))
                 print(name, k, face.kind, *(f"{off:+.1f}" for off in every[-1][0].ravel()), "%")
-        for key, off in zip(("", "_isotropic"), np.swapaxes(every, 0, 1), strict=True):
+        if not every:
+            continue
+        for key, off in zip(("", "_isotropic", "_twin"), np.swapaxes(every, 0, 1), strict=True):
             numbers[f"{name}{key}_rms"] = float(np.sqrt(np.mean(off**2)))
             numbers[f"{name}{key}_worst"] = float(off.flat[np.abs(off).argmax()])
     print(*(f"{name}: {value:.3g}" for name, value in numbers.items()), sep="\n")
