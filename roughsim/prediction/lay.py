@@ -31,13 +31,16 @@ class _WeightedStress:
         """Wavenumbers at which it begins, has kinks, and ends."""
         return tuple(self.spectrum.breaks)
 
-    def __call__(self, q: Array) -> Array:
+    def weight(self, q: Array) -> Array:
+        """Return W at q′, rad/m."""
         load = {"nominal_pressure": self.nominal_pressure, "gamma": self.gamma}
-        weight = theory.persson.stress_weight(
-            q.ravel(), self.spectrum, effective_modulus=self.effective_modulus, **load
+        return theory.persson.stress_weight(
+            q, self.spectrum, effective_modulus=self.effective_modulus, **load
         )
+
+    def __call__(self, q: Array) -> Array:
         square = (0.5 * self.effective_modulus * q) ** 2
-        return np.asarray(square * self.spectrum(q) * np.reshape(weight, q.shape))
+        return np.asarray(square * self.spectrum(q) * self.weight(q))
 
 
 @dataclass(frozen=True)

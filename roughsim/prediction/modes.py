@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from math import ceil, cos, inf, isfinite, nan, pi, sin, sqrt
+from typing import Any, cast
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from roughsim.prediction.bodies import (
     load_arguments,
     modulus_of,
     stress_arguments,
+    stress_of_lay,
 )
 from roughsim.prediction.camera import seen_by
 from roughsim.prediction.theories import OVER_SPEED, over_speed
@@ -31,12 +33,14 @@ from roughsim.surface.modes import check_resolved, mean_over_cells, mode_varianc
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 from theory.arguments import density
 from theory.picture import erfc_root
+from theory.quadrature import WEIGHTS, panels_between
 from theory.skin import direction_mean, even_part, layers_of, odd_part, surface_response
 
 _NEAR = 16.0  # mode spacings above q_min up to which W is averaged over Fourier cells
 # mode spacings above q_min beyond which modes lie so densely that their sum is an integral: on nine grids of six scenes
 # ∇²T changed by 1e-5, T_flash by 2e-7, the first zero of g_σ by 1e-4
 _DENSE = 128.0
+_ANGLES = 720  # over half a turn, of waves beyond
 
 
 def mode_sums(scene: Scene, spectrum: Spectrum, grid: Grid) -> Predicted:
@@ -60,8 +64,8 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
     laplacian = -even @ (stress * q)
     if scene.lay > 1.0:
         temperature, gradient, laplacian = _sums_of_lay(scene, spectrum, grid)
-    elif scene.directions:  # the sums of waves with lays of their own are not there
-        temperature, gradient, laplacian = np.full((3, speeds.size), nan)
+    elif scene.directions:
+        temperature, gradient, laplacian = _sums_of_waves(scene, spectrum, grid)
     rate = _rate(scene, speeds)
     with np.errstate(divide="ignore"):
         slope_length = temperature / np.abs(gradient)
@@ -73,7 +77,7 @@ def summed_over_modes(scene: Scene, spectrum: Spectrum, grid: Grid) -> TheoryOfS
         slope_length,
     )
     share = np.full(speeds.shape, nan)
-    if scene.counterface_conducts and scene.lay == 1.0:
+    if scene.counterface_conducts and not scene.directions:
         # the balance of the two bodies, both as κT σ₀/μv of the moving one
         history = heat_history(scene, q)
         resting = history.growth @ (stress / q) + history.resting
@@ -157,12 +161,64 @@ def _sums_of_lay(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
 
     Contact is that of a cell with these modes, from rest over half its chord; its heat is all in the moving body.
     """
-    from roughsim.heat.periodic import moving  # loads the transforms
-
     weight, dense = _weight(scene, spectrum), _dense(spectrum, grid)
     vectors, roughness = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
     cell, stretch = grid.stretched(scene.lay), sqrt(scene.lay)
-    qx, qy = vectors[0] / stretch, vectors[1] * stretch
+    sums = _directed_sums(scene, cell, (vectors[0] / stretch, vectors[1] * stretch), roughness)
+    if dense >= spectrum.breaks[-1]:
+        return sums
+    # of the theory, whose W at long waves does not depend on shorter ones
+    slow = np.array(scene.speeds)
+    slow[slow == 0.0] = AT_REST
+    whole, below = (
+        np.array(list(over_speed(scene, slow, part, names=OVER_SPEED[:3]).values()))
+        for part in (spectrum, TruncatedSpectrum(spectrum, dense))
+    )
+    beyond: Array = (whole - below) / _rate(scene, slow)
+    return sums + beyond
+
+
+def _sums_of_waves(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
+    """Return `_sums_of_lay` of scans, and of faces whose lays differ, with W in the frame of their slopes.
+
+    Beyond the modes, nodes in ln q and angle stand for those within their rings.
+    """
+    theirs: Any = stress_of_lay(scene, spectrum)
+    of_stress, whole = theirs.stress_spectrum, cast("Any", scene.spectrum)
+    end, dense = float(spectrum.breaks[-1]), _dense(spectrum, grid)
+    cut = whole.truncated(q_max=min(dense, end))
+    grid = _holding(cut, grid)
+    variance = mode_variance(cut, grid)
+    modes = modes_where(grid, variance > 0.0)
+    qx, qy = (part[modes.chosen] for part in np.broadcast_arrays(*grid.wavevectors))
+    roughness = modes.multiplicity * variance[modes.chosen]
+    if dense < end:
+        kinks = (kink for kink in whole.breaks if dense < kink < end)
+        q, slope = panels_between(np.array([dense, *kinks, end])).nodes()
+        angle = (np.arange(_ANGLES) + 0.5) * (pi / _ANGLES)
+        of_node = (slope * WEIGHTS).ravel() * (2 * pi / _ANGLES)
+        ring = q.ravel()[:, None]
+        roughness = np.append(roughness, (ring * of_node[:, None]) * whole.at(ring, angle))
+        qx, qy = np.append(qx, ring * np.cos(angle)), np.append(qy, ring * np.sin(angle))
+    along, across = (
+        cos(theirs.angle + turn) * qx + sin(theirs.angle + turn) * qy for turn in (0.0, pi / 2)
+    )
+    stretched = np.hypot(along * sqrt(theirs.lay), across / sqrt(theirs.lay))
+    roughness = roughness * of_stress.weight(stretched)
+    if not scene.elastic:  # what yielding leaves of each wave
+        before = of_stress.spectrum.spectrum(stretched)
+        left = of_stress.spectrum(stretched)
+        roughness = roughness * np.where(before > 0.0, left / np.where(before > 0.0, before, 1), 0)
+    return _directed_sums(scene, grid, (qx, qy), roughness)
+
+
+def _directed_sums(
+    scene: Scene, cell: Grid, vectors: tuple[Array, Array], roughness: Array
+) -> Array:
+    """Return the sums over waves q⃗, rad/m, of a cell with W⟨|h_q|²⟩, m², in the direction of each speed."""
+    from roughsim.heat.periodic import moving  # loads the transforms
+
+    qx, qy = vectors
     square = qx**2 + qy**2
     stress = (0.5 * scene.effective_modulus) ** 2 * square * roughness  # E*|q|h_q/2
     sums = np.zeros((3, len(scene.speeds)))
@@ -184,17 +240,7 @@ def _sums_of_lay(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
             -stress @ (along * response.imag),
             -stress @ (square * response.real),
         )
-    if dense >= spectrum.breaks[-1]:
-        return sums
-    # of the theory, whose W at long waves does not depend on shorter ones
-    slow = np.array(scene.speeds)
-    slow[slow == 0.0] = AT_REST
-    whole, below = (
-        np.array(list(over_speed(scene, slow, part, names=OVER_SPEED[:3]).values()))
-        for part in (spectrum, TruncatedSpectrum(spectrum, dense))
-    )
-    beyond: Array = (whole - below) / _rate(scene, slow)
-    return sums + beyond
+    return sums
 
 
 def _rate(scene: Scene, speeds: Array) -> Array:
@@ -204,15 +250,20 @@ def _rate(scene: Scene, speeds: Array) -> Array:
     return rate
 
 
+def _holding(spectrum: Spectrum, grid: Grid) -> Grid:
+    """Return a coarser grid that holds all modes of a spectrum, too."""
+    x, y = (
+        min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
+        for points, length in zip(grid.shape, grid.lengths, strict=True)
+    )
+    return Grid((x, y), grid.lengths)
+
+
 def _roughness_of_modes(
     weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid
 ) -> tuple[tuple[Array, Array], Array]:
     """Return the wavevectors of the modes of a grid on half the plane, rad/m, and their C in m², times W."""
-    x, y = (  # a coarser grid holds all of these modes
-        min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
-        for points, length in zip(grid.shape, grid.lengths, strict=True)
-    )
-    grid = Grid((x, y), grid.lengths)
+    grid = _holding(spectrum, grid)
     variance = mode_variance(spectrum, grid)
     modes = modes_where(grid, variance > 0.0)
     q, ring = np.unique(modes.wavenumber, return_inverse=True)

@@ -46,14 +46,10 @@ def test_hardness_alone_knows_no_lay():
     np.testing.assert_allclose(grooved.contact.pressure, plain.contact.pressure, atol=1e3)
 
 
-def test_full_contact_sums_its_modes(monkeypatch):
-    text = FULL.replace(LENGTHS, "").replace("hurst", "lay = 4\nhurst")
-    scene = parse_scene(text.replace("speed = [0, 0.001, 1, 35]", "speed = [1, 35]"))
-    numerics = Numerics(scene.numerics.levels, (2e-3, 2e-3), tolerance=1e-12)
-    member = rs.realize(scene, numerics, seed=3)
+def by_modes(scene, surface, lengths):
+    """Return T_flash of full contact in the directions and at the speeds of a scene."""
     # in full contact σ_q = E*|q|h_q/2; its heat has run through half of the cell
-    lengths = 2e-3 * 2, 2e-3 / 2
-    heights = np.fft.fft2(member.heights) / member.heights.size
+    heights = np.fft.fft2(surface) / surface.size
     qx, qy = (2 * pi * np.fft.fftfreq(96, length / 96) for length in lengths)
     qx, qy = np.meshgrid(qx, qy, indexing="ij")
     square = qx**2 + qy**2
@@ -62,14 +58,23 @@ def test_full_contact_sums_its_modes(monkeypatch):
     stress[0, 0] = 0.0
     diffusivity = 30 / (7900 * 500)
     expected = []
-    for angle in (0.0, pi / 4, pi / 2):
+    for angle in scene.directions:
         ux, uy = cos(angle), sin(angle)
-        chord = min(lengths[0] / max(ux, 1e-9), lengths[1] / max(uy, 1e-9))
+        chord = min(lengths[0] / max(abs(ux), 1e-9), lengths[1] / max(abs(uy), 1e-9))
         for speed in (1.0, 35.0):
             root = np.sqrt(square - 1j * speed / diffusivity * (ux * qx + uy * qy))
             grown = _erf(root * sqrt(diffusivity * chord / (2 * speed)))
             heating = 0.11 * speed / (30 * scene.sliding.nominal_pressure)
             expected.append(heating * float(np.sum(stress * (grown / root).real)))
+    return expected
+
+
+def test_full_contact_sums_its_modes(monkeypatch):
+    text = FULL.replace(LENGTHS, "").replace("hurst", "lay = 4\nhurst")
+    scene = parse_scene(text.replace("speed = [0, 0.001, 1, 35]", "speed = [1, 35]"))
+    numerics = Numerics(scene.numerics.levels, (2e-3, 2e-3), tolerance=1e-12)
+    member = rs.realize(scene, numerics, seed=3)
+    expected = by_modes(scene, member.heights, (2e-3 * 2, 2e-3 / 2))
     np.testing.assert_allclose(member.observables.flash_temperature, expected, rtol=1e-6)
     # the theory of the same modes, and its other moments: amplitudes are those of C(q)
     summed = prediction.mode_sums(scene, scene.spectrum, numerics.grid(0))
@@ -81,6 +86,55 @@ def test_full_contact_sums_its_modes(monkeypatch):
     for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
         np.testing.assert_allclose(integral[name], summed[name], rtol=3e-3, err_msg=name)
     assert np.isnan(summed["heat_partition"]).all()
+
+
+def scanned(text, gamma=3.0):
+    """Return a scene whose C(q⃗) has directions: γ at 30° in long waves, and at 100° in short ones."""
+    angles = np.arange(90) * (pi / 90)
+    rows = []
+    for q, lay in ((2e4, 0.5), (5e4, 1.7)):
+        turned = angles - lay
+        row = (gamma * np.cos(turned) ** 2 + np.sin(turned) ** 2 / gamma) ** -1.8
+        rows.append([q, *row.tolist()])
+    table = "psd = [[6283.1853, 3e-28], [2e4, 3e-28], [1e5, 9e-31]]"
+    keys = f"{table}\npsd_convention = 'persson'\npsd_directions = {rows}\n"
+    head, _, rest = text.partition("[surface]\n")
+    return parse_scene(f"{head}[surface]\n{keys}[body]{rest.partition('[body]')[2]}")
+
+
+def test_full_contact_of_scan_sums_its_modes(monkeypatch):
+    scene = scanned(FULL.replace("[0, 0.001, 1, 35]", "[1, 35]"))
+    assert len(scene.directions) == 3
+    numerics = Numerics(scene.numerics.levels, (2e-3, 2e-3), tolerance=1e-12)
+    member = rs.realize(scene, numerics, seed=3)
+    assert member.contact.contact_fraction == 1.0
+    expected = by_modes(scene, member.heights, (2e-3, 2e-3))
+    summed = prediction.mode_sums(scene, scene.spectrum, numerics.grid(0))
+    np.testing.assert_allclose(summed["flash_temperature"], expected, rtol=1e-6)
+    names = "flash_temperature", "flash_gradient", "flash_laplacian"
+    for name in names:
+        measured = getattr(member.observables, name)
+        np.testing.assert_allclose(summed[name], measured, rtol=1e-7, err_msg=name)
+    monkeypatch.setattr("roughsim.prediction.modes._DENSE", 20.0)
+    rings = prediction.mode_sums(scene, scene.spectrum, numerics.grid(0))
+    for name in names:
+        np.testing.assert_allclose(rings[name], summed[name], rtol=4e-3, err_msg=name)
+    assert np.isnan(summed["heat_partition"]).all()
+
+
+@pytest.mark.parametrize("hardness", ["", "penetration_hardness = 5e4\n"])
+def test_modes_of_scan_approach_the_integral(hardness):
+    # light contact: W falls in the frame of the slopes
+    text = FULL.replace('"2 MPa"', '"20 kPa"').replace("[0, 0.001, 1, 35]", "[0.1, 35]")
+    text = text.replace("conductivity = 30\n", hardness + "conductivity = 30\n")
+    text = text[: text.index("levels")] if hardness else text
+    scene = scanned(text)
+    spectrum = prediction.smoothed_spectrum(scene)
+    grid = rs.Grid((520, 520), (1.6e-2, 1.6e-2))
+    summed, integral = prediction.mode_sums(scene, spectrum, grid), prediction.predictions(scene)
+    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
+        # rows of the frame round off the sharp end of C(q): with four times as many it is 1e-3
+        np.testing.assert_allclose(summed[name], integral[name], rtol=2e-2, err_msg=name)
 
 
 def test_theory_of_full_contact_has_its_slopes():
