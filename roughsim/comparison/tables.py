@@ -221,6 +221,8 @@ def calibrated_note(scene: Scene, names: Sequence[str] = ()) -> str:
         if name in (names or law.errors)
     )
     others = "" if names else "; other values may be further off"
+    if scene.distribution and scene.directions:
+        others += "; no quantiles or rates, as contacts that the law draws have no lay"
     return f"calibrated: by the calibrated stress spectrum, within {bands} of simulations{others}."
 
 

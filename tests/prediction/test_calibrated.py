@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import roughsim as rs
 from roughsim import prediction
 from roughsim.cli import app
-from roughsim.comparison.tables import theory_dict, theory_table
+from roughsim.comparison.tables import calibrated_note, theory_dict, theory_table
 from roughsim.show.table import SHOWN
 from theory.yielding import ELASTIC_BANDS
 
@@ -87,6 +87,14 @@ def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
         "calibrated: by the calibrated stress spectrum, within 7% (flash_temperature), 9% (pressure_variance), "
         "10% (contact_fraction), 50% (plastic_fraction) of simulations; other values may be further off."
     )
+
+
+def test_calibrated_note_says_why_lays_have_no_quantiles():
+    asked = {"observables.temperature_distribution": True, "body.penetration_hardness": "0.6 GPa"}
+    words = "; no quantiles or rates, as contacts that the law draws have no lay."
+    assert words not in calibrated_note(rs.load_scene("demo", asked))
+    assert words not in calibrated_note(rs.load_scene("demo", {"surface.lay": 3}))
+    assert calibrated_note(rs.load_scene("demo", asked | {"surface.lay": 3})).endswith(words)
 
 
 def test_the_table_of_the_theory_shows_temperatures_in_the_unit_that_its_titles_name(monkeypatch):
