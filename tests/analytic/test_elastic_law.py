@@ -128,7 +128,7 @@ def test_it_is_a_value():
         ),
         (PowerLaw(2e-27, (6e3, 7e3, 2.1e4), 0.7), 0.05, "q_max/q_min = 3.5"),
         (PowerLaw(2e-27, (6e3, 2e4, 1.4e6), 0.7), 0.05, "q_max/q_roll_off = 70"),
-        (PowerLaw(2e-27, (1e3, 2e4, 4e5), 0.7), 0.05, "q_roll_off/q_min = 20"),
+        (PowerLaw(2e-27, (1e3, 2e4, 4e5), 0.7, 2.0), 0.05, "q_roll_off/q_min = 20"),
     ],
 )
 def test_a_contact_unlike_those_that_were_compared_is_refused_by_name(spectrum, load, name):
