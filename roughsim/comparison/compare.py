@@ -295,6 +295,7 @@ def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
     simulated = dict.fromkeys((run.numerics.columns[-1], run.simulated_columns[-1]))
     ratios += pictured(run.scene, comparison.columns, *simulated)
     notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
+    notes += map(str, comparison.judged.of_run)
     notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]
     warnings = comparison.judged.warnings
     notes += marked(warnings[:_MOST_WARNINGS])
