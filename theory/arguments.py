@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields
 from functools import lru_cache, wraps
 from types import MethodType
-from typing import Any, ParamSpec, Protocol, TypeVar
+from typing import Any, ParamSpec, Protocol, TypeVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
+Several = Sequence[float] | Sequence[Sequence[float]] | NDArray[np.floating | np.integer]
 Which = NDArray[np.bool_] | NDArray[np.intp]  # a mask or positions
 
 
@@ -30,6 +31,39 @@ class SpectrumLike(Protocol):
 
     def __call__(self, q: Array, /) -> Array:
         """Return the density at the wavenumbers `q`, rad/m, elementwise."""
+
+
+class OfPeclet(Protocol):
+    """A function of Péclet numbers."""
+
+    @overload
+    def __call__(self, peclet: float) -> float: ...
+    @overload
+    def __call__(self, peclet: Several) -> Array: ...
+    @overload
+    def __call__(self, peclet: ArrayLike) -> Array | float: ...
+
+
+class OfPlace(Protocol):
+    """A function of coordinates."""
+
+    @overload
+    def __call__(self, x: float, y: float) -> float: ...
+    @overload
+    def __call__(self, x: Several, y: ArrayLike) -> Array: ...
+    @overload
+    def __call__(self, x: ArrayLike, y: Several) -> Array: ...
+    @overload
+    def __call__(self, x: ArrayLike, y: ArrayLike) -> Array | float: ...
+
+
+def itself(function: Any) -> Any:
+    """Return a function, as a decorator that gives it another type: of floats a float, of arrays an array."""
+    return function
+
+
+of_peclet: Callable[[Callable[..., Array | float]], OfPeclet] = itself
+of_place: Callable[[Callable[..., Array | float]], OfPlace] = itself
 
 
 def real_array(name: str, value: ArrayLike, unit: str) -> Array:

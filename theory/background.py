@@ -3,12 +3,20 @@
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import inf, isinf, pi, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Required, TypedDict, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, float_if_scalar, not_negative_array, positive, real_array
+from theory.arguments import (
+    Array,
+    Several,
+    float_if_scalar,
+    itself,
+    not_negative_array,
+    positive,
+    real_array,
+)
 from theory.disc import mean_rise
 from theory.quadrature import QuadratureError
 from theory.skin import Skin, ThermalBody, body_of, steady_rise
@@ -78,6 +86,32 @@ def heat_length(body: ThermalBody, contact: NominalContact, speed: float = 0.0) 
     return length + (steady_rise(layers, spread, limit) if layers is not None else 0.0)
 
 
+class _Flux(TypedDict, total=False):
+    heat_flux: Required[float | Callable[[float], float]]
+    conductivity: Required[float]
+    diffusivity: Required[float]
+    breaks: Sequence[float]
+    skin: Skin | None
+    heat_depth: float
+    contact_radius: float | None
+    track_radius: float | None
+
+
+class _OfTime(Protocol):
+    @overload
+    def __call__(self, t: float, *, speed: float = 0.0, **flux: Unpack[_Flux]) -> float: ...
+    @overload
+    def __call__(self, t: Several, *, speed: ArrayLike = 0.0, **flux: Unpack[_Flux]) -> Array: ...
+    @overload
+    def __call__(
+        self, t: ArrayLike, *, speed: ArrayLike = 0.0, **flux: Unpack[_Flux]
+    ) -> Array | float: ...
+
+
+_of_time: Callable[[Callable[..., Array | float]], _OfTime] = itself
+
+
+@_of_time
 def temperature(
     t: ArrayLike,
     *,

@@ -16,20 +16,21 @@ directions of q; of a face with a lay it has the weight of `theory.lay`, and wav
 Jaeger, Conduction of Heat in Solids, 2nd ed. (1959), Sec. 10.7, for one wave.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from math import hypot, inf, log10
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, SpectrumLike, not_negative_array, real_array
+from theory.arguments import Array, Several, SpectrumLike, not_negative_array, real_array
 from theory.flash import HeatSource, formula_of, heat_source
 from theory.lay_picture import LayPicture
 from theory.lay_waves import Weighted
 from theory.persson import Weight
 from theory.picture import Picture, View
 from theory.skin import Skin
+from theory.typed import Load
 
 __all__ = ["ERROR_BANDS", "View", "error_band", "seen_rms", "seen_width"]
 
@@ -94,7 +95,31 @@ def _looked_at(  # noqa: PLR0913  (load, body, and the camera)
     return _Look(source, _checked(view, source), stress, angle)
 
 
-@formula_of(_looked_at)
+class _Seen(Load, total=False):
+    view: View
+    stress: Weighted | None
+    direction: float
+
+
+class _OfSpeed(Protocol):
+    @overload
+    def __call__(
+        self, speed: float, spectrum: SpectrumLike | None = None, **seen: Unpack[_Seen]
+    ) -> float: ...
+    @overload
+    def __call__(
+        self, speed: Several, spectrum: SpectrumLike | None = None, **seen: Unpack[_Seen]
+    ) -> Array: ...
+    @overload
+    def __call__(
+        self, speed: ArrayLike, spectrum: SpectrumLike | None = None, **seen: Unpack[_Seen]
+    ) -> Array | float: ...
+
+
+_seen: Callable[[Callable[[_Look], Array]], _OfSpeed] = formula_of(_looked_at)
+
+
+@_seen
 def seen_rms(look: _Look) -> Array:
     """Root mean square of the temperature that a camera sees, about the mean of the surface, with all heat in the body.
 
@@ -128,7 +153,7 @@ def seen_rms(look: _Look) -> Array:
     return source.pressure * source.heating * rms
 
 
-@formula_of(_looked_at)
+@_seen
 def seen_width(look: _Look) -> Array:
     """Full width at half maximum of the autocorrelation of the picture across sliding, m.
 

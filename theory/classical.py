@@ -6,11 +6,12 @@ all speeds.
 """
 
 from math import pi
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from theory.arguments import Array, float_if_scalar, real_array
+from theory.arguments import Array, Several, float_if_scalar, of_peclet, real_array
 from theory.hertz.limits import DISC_FAST, DISC_STATIC, FAST, SQUARE_FAST, SQUARE_STATIC, STATIC
 
 _SLOW, _QUICK = 0.1, 5.0  # L, bounds of the regimes of Jaeger and Archard
@@ -30,6 +31,7 @@ _LIMITS = {
 }
 
 
+@of_peclet
 def jaeger(peclet: ArrayLike) -> Array | float:
     """Mean temperature of a uniform square by Jaeger's two formulas: 0.946 when slow, 1.064 Pe^(−1/2) when fast.
 
@@ -58,6 +60,7 @@ def jaeger(peclet: ArrayLike) -> Array | float:
         return float_if_scalar(np.minimum(0.946, 1.064 / np.sqrt(magnitude)))
 
 
+@of_peclet
 def archard(peclet: ArrayLike) -> Array | float:
     """Mean temperature of a uniform disc by Archard's regimes, Q̇ = πq̇R² the power.
 
@@ -91,6 +94,10 @@ def archard(peclet: ArrayLike) -> Array | float:
     return float_if_scalar(np.where(magnitude > 2 * _QUICK, fast, slower))
 
 
+@overload
+def greenwood(peclet: float, *, source: str = ..., quantity: str = ...) -> float: ...
+@overload
+def greenwood(peclet: Several, *, source: str = ..., quantity: str = ...) -> Array: ...
 def greenwood(
     peclet: ArrayLike, *, source: str = "hertz", quantity: str = "flash"
 ) -> Array | float:
@@ -129,6 +136,10 @@ def greenwood(
     return float_if_scalar(1 / np.sqrt(static**-2 + magnitude / fast**2))
 
 
+@overload
+def tian_kennedy(peclet: float, *, source: str = ...) -> float: ...
+@overload
+def tian_kennedy(peclet: Several, *, source: str = ...) -> Array: ...
 def tian_kennedy(peclet: ArrayLike, *, source: str = "hertz") -> Array | float:
     """Highest temperature of a moving source by the formula of Tian and Kennedy.
 

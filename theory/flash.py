@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
 from math import pi
-from typing import NamedTuple, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +39,7 @@ from theory.skin import (
     odd_part,
     square_part,
 )
+from theory.typed import OfSpeed
 
 __all__ = [
     "angular_integrals",
@@ -115,12 +116,10 @@ def heat_source(  # noqa: PLR0913  (load, body, skin and depth of the heat)
     return HeatSource(stress, velocity, pressure, heating, body)
 
 
-def formula_of(
-    source: Callable[P, Checked],
-) -> Callable[[Callable[[Checked], Array]], Callable[P, Array | float]]:
+def formula_of(source: Callable[P, Checked]) -> Callable[[Callable[[Checked], Array]], Any]:
     """Return a decorator that turns a formula of what `source` has checked into a function of its arguments."""
 
-    def decorated(formula: Callable[[Checked], Array]) -> Callable[P, Array | float]:
+    def decorated(formula: Callable[[Checked], Array]) -> Any:
         @wraps(source)
         def function(*arguments: P.args, **named: P.kwargs) -> Array | float:
             return float_if_scalar(formula(source(*arguments, **named)))
@@ -134,7 +133,10 @@ def formula_of(
     return decorated
 
 
-@formula_of(heat_source)
+_of_speed: Callable[[Callable[[HeatSource], Array]], OfSpeed] = formula_of(heat_source)
+
+
+@_of_speed
 def flash_temperature(source: HeatSource) -> Array:
     """Weighted average flash temperature T_flash = ⟨Tσ⟩/⟨σ⟩ with all the heat in the body. Eq. (4).
 
@@ -176,7 +178,7 @@ def flash_temperature(source: HeatSource) -> Array:
     return source.heating * source.integral(EVEN, -1)
 
 
-@formula_of(heat_source)
+@_of_speed
 def flash_gradient(source: HeatSource) -> Array:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ along x, K/m. Eq. (7).
 
@@ -202,7 +204,7 @@ def flash_gradient(source: HeatSource) -> Array:
     return source.heating * source.integral(ODD, 0)
 
 
-@formula_of(heat_source)
+@_of_speed
 def flash_laplacian(source: HeatSource) -> Array:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ ≤ 0, K/m². Eq. (9).
 
@@ -226,7 +228,7 @@ def flash_laplacian(source: HeatSource) -> Array:
     return -source.heating * source.integral(EVEN, 1)
 
 
-@formula_of(heat_source)
+@_of_speed
 def flash_width(source: HeatSource) -> Array:
     """Width of the hot spots D_flash = √(−T_flash/∇²T_flash), m; at rest its limit for v → 0. Eq. (25).
 
@@ -251,7 +253,7 @@ def flash_width(source: HeatSource) -> Array:
     return np.sqrt(source.integral(EVEN, -1) / curvature)
 
 
-@formula_of(heat_source)
+@_of_speed
 def slope_length(source: HeatSource) -> Array:
     """Slope length d_flash = T_flash/|T′_flash|, m: 4D/|v| for v → 0, ∞ at rest. Eq. (26).
 
@@ -277,7 +279,7 @@ def slope_length(source: HeatSource) -> Array:
         return temperature / np.abs(source.integral(ODD, 0))
 
 
-@formula_of(heat_source)
+@_of_speed
 def rms_temperature(source: HeatSource) -> Array:
     """Root mean square T_rms = √⟨T²⟩ of the temperature over the whole surface, about its mean, K; 0 at rest.
 

@@ -30,7 +30,7 @@ Source: docs/lay.md, which compares it with simulations.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import hypot, inf, log10, pi, sin, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,6 +42,7 @@ from theory.lay_waves import Face, Part, Weighted, gradient, laplacian, temperat
 from theory.scattering import ANSWER
 from theory.skin import Skin, along_waves, steady_rise
 from theory.slope_frame import ISOTROPIC, DirectedSpectrum, Directions, slope_frame
+from theory.typed import Body
 from theory.yielding import UpTo, YieldingSpectrum
 
 __all__ = [
@@ -284,7 +285,33 @@ def _sliding(
     return _Sliding(source, stress, angle.ravel().tolist(), drifts, spreads)
 
 
-@formula_of(_sliding)
+class _OfDirection(Protocol):
+    @overload
+    def __call__(
+        self,
+        speed: float,
+        direction: float,
+        stress: Weighted,
+        *,
+        slid_distance: float = inf,
+        **body: Unpack[Body],
+    ) -> float: ...
+    @overload
+    def __call__(
+        self,
+        speed: ArrayLike,
+        direction: ArrayLike,
+        stress: Weighted,
+        *,
+        slid_distance: ArrayLike = inf,
+        **body: Unpack[Body],
+    ) -> Array | float: ...
+
+
+_of_direction: Callable[[Callable[[_Sliding], Array]], _OfDirection] = formula_of(_sliding)
+
+
+@_of_direction
 def flash_temperature(sliding: _Sliding) -> Array:
     """Weighted average flash temperature of a face with a lay in each direction, with all the heat in the body.
 
@@ -317,13 +344,13 @@ def flash_temperature(sliding: _Sliding) -> Array:
     return sliding.integral(temperature, -1)
 
 
-@formula_of(_sliding)
+@_of_direction
 def flash_gradient(sliding: _Sliding) -> Array:
     """Weighted slope T′_flash = ⟨∂T σ⟩/⟨σ⟩ along the direction of sliding, K/m; arguments as `flash_temperature`."""
     return sliding.integral(gradient, 0)
 
 
-@formula_of(_sliding)
+@_of_direction
 def flash_laplacian(sliding: _Sliding) -> Array:
     """Weighted Laplacian in the plane ∇²T_flash ≤ 0, K/m²; arguments as `flash_temperature`."""
     return sliding.integral(laplacian, 1)

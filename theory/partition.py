@@ -1,18 +1,68 @@
 """Share of the frictional heat that enters the moving body, by the paper's rule or with the background."""
 
+from collections.abc import Callable
 from math import inf
+from typing import Protocol, Required, TypedDict, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import erf
 
-from theory.arguments import Array, SpectrumLike, float_if_scalar, positive, real_array
+from theory.arguments import (
+    Array,
+    Several,
+    SpectrumLike,
+    float_if_scalar,
+    itself,
+    positive,
+    real_array,
+)
 from theory.background import NominalContact, heat_length, nominal_contact
 from theory.flash import EVEN, bracket
 from theory.persson import StressDensity, Weight, stress_density
 from theory.skin import Skin, ThermalBody, body_of, surface_response
 
 
+class _Load(TypedDict, total=False):
+    nominal_pressure: Required[float]
+    conductivity: Required[float]
+    diffusivity: Required[float]
+    resting_conductivity: float | None
+    resting_diffusivity: float | None
+    effective_modulus: float | None
+    gamma: Weight
+    stress_spectrum: SpectrumLike | None
+    rule: str
+    duration: float | None
+    skin: Skin | None
+    heat_depth: float
+    resting_skin: Skin | None
+    resting_heat_depth: float
+    contact_radius: float | None
+    track_radius: float | None
+    temperature_difference: float
+    friction_coefficient: float | None
+
+
+class _OfSpeed(Protocol):
+    @overload
+    def __call__(
+        self, speed: float, spectrum: SpectrumLike | None = None, **load: Unpack[_Load]
+    ) -> float: ...
+    @overload
+    def __call__(
+        self, speed: Several, spectrum: SpectrumLike | None = None, **load: Unpack[_Load]
+    ) -> Array: ...
+    @overload
+    def __call__(
+        self, speed: ArrayLike, spectrum: SpectrumLike | None = None, **load: Unpack[_Load]
+    ) -> Array | float: ...
+
+
+_of_speed: Callable[[Callable[..., Array | float]], _OfSpeed] = itself
+
+
+@_of_speed
 def moving_share(  # noqa: PLR0913  (two bodies: each has its own two numbers)
     speed: ArrayLike,
     spectrum: SpectrumLike | None = None,

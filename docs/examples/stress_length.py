@@ -1,5 +1,8 @@
 """A length over which the pressure varies: the mean of 1/q, weighted by the pressure variance."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
@@ -9,7 +12,7 @@ def moment(measured: Measured) -> float:
     return float(spectrum.variance @ (1.0 / spectrum.wavenumber))
 
 
-def length(sample: Sample):
+def length(sample: Sample) -> NDArray[np.float64]:
     """Return influence values of ⟨Σ |σ(q)|²/q⟩/⟨Σ |σ(q)|²⟩, m."""
     return ratio(sample.numbers["pressure_variance_over_q"], sample.numbers["pressure_variance"])
 

@@ -2,12 +2,20 @@
 
 from dataclasses import dataclass
 from math import inf, pi, sqrt
+from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk, hyp2f1
 
-from theory.arguments import Array, float_if_scalar, not_negative_array, real_array
+from theory.arguments import (
+    Array,
+    Several,
+    float_if_scalar,
+    not_negative_array,
+    of_place,
+    real_array,
+)
 
 _PER_POWER = 3 / 2 / pi  # q̇₁R² of the total power Q̇, Eq. (12)
 _FAR = 6.0  # from here on series: the closed forms cancel
@@ -91,6 +99,7 @@ SQUARE_STATIC = UniformLimit(
 SQUARE_FAST = UniformLimit(2 * sqrt(2 / pi), 4 / 3 * sqrt(2 / pi), -1.0)
 
 
+@of_place
 def static_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     """Temperature of the resting Hertz source on the whole surface. Eq. (13) inside the contact.
 
@@ -122,6 +131,7 @@ def static_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     return float_if_scalar(np.where(r < _FAR, result, multipoles))
 
 
+@of_place
 def fast_temperature(x: ArrayLike, y: ArrayLike) -> Array | float:
     """Temperature of the fast Hertz source, in q̇₁R/κ · Pe^(−1/2), on the whole surface. Eqs. (19) and (20).
 
@@ -173,6 +183,10 @@ def _below_one(m: Array) -> Array:
     return np.minimum(m, np.nextafter(1.0, 0.0))
 
 
+@overload
+def pressure_correlation(distance: float) -> float: ...
+@overload
+def pressure_correlation(distance: Several) -> Array: ...
 def pressure_correlation(distance: ArrayLike) -> Array | float:
     """Pair correlation of the Hertz pressure, ∫σ(x)σ(x + r)d²x over its value at r = 0; zero beyond 2R (Sec. 2).
 

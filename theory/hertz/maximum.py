@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from theory.arguments import Array, float_if_scalar, real_array
+from theory.arguments import Array, float_if_scalar, of_peclet, real_array
 from theory.hertz.graded import rule, towards_zero
 from theory.hertz.limits import DISC_FAST, FAST, SQUARE_FAST, Limit, UniformLimit
 
@@ -22,6 +22,7 @@ _Line = Callable[
 ]  # δ, the distance from the trailing edge, and Pe ≥ 0 to the temperature
 
 
+@of_peclet
 def max_temperature(peclet: ArrayLike) -> Array | float:
     """Highest temperature of the Hertz source, q̇₁R/κ. Eqs. (15) and (22) are its limits.
 
@@ -45,6 +46,7 @@ def max_temperature(peclet: ArrayLike) -> Array | float:
     return _hottest(peclet, _hertz_line, FAST)[0]
 
 
+@of_peclet
 def hottest_point(peclet: ArrayLike) -> Array | float:
     """Position x/R of the highest temperature of the Hertz contact: behind the centre, x < 0 for Pe > 0. To about 1e-7.
 
@@ -66,6 +68,7 @@ def hottest_point(peclet: ArrayLike) -> Array | float:
     return _hottest(peclet, _hertz_line, FAST)[1]
 
 
+@of_peclet
 def disc_max_temperature(peclet: ArrayLike) -> Array | float:
     """Highest temperature of a uniform moving disc, q̇R/κ.
 
@@ -87,6 +90,7 @@ def disc_max_temperature(peclet: ArrayLike) -> Array | float:
     return _hottest(peclet, _disc_line, DISC_FAST)[0]
 
 
+@of_peclet
 def disc_hottest_point(peclet: ArrayLike) -> Array | float:
     """Position x/R of the highest temperature of a uniform moving disc.
 
@@ -108,6 +112,7 @@ def disc_hottest_point(peclet: ArrayLike) -> Array | float:
     return _hottest(peclet, _disc_line, DISC_FAST)[1]
 
 
+@of_peclet
 def square_max_temperature(peclet: ArrayLike) -> Array | float:
     """Highest temperature of a uniform square of side 2l moving along a side, q̇l/κ, Pe = vl/D.
 
@@ -129,6 +134,7 @@ def square_max_temperature(peclet: ArrayLike) -> Array | float:
     return _hottest(peclet, _square_line, SQUARE_FAST)[0]
 
 
+@of_peclet
 def square_hottest_point(peclet: ArrayLike) -> Array | float:
     """Position x/l of the highest temperature of a uniform square.
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk, factorial, gammainc, i0e, i1e
 
-from theory.arguments import Array, float_if_scalar, in_blocks, real_array
+from theory.arguments import Array, float_if_scalar, in_blocks, of_peclet, real_array
 from theory.hertz.graded import rule, towards_zero
 from theory.hertz.limits import DISC_FAST, FAST, SQUARE_FAST
 
@@ -32,6 +32,7 @@ _ANGLE = rule(towards_zero(1e-17, pi / 4)).joined(
 )  # the corners at odd π/4
 
 
+@of_peclet
 def flash_temperature(peclet: ArrayLike) -> Array | float:
     """Weighted average temperature T_flash = ⟨Tσ⟩/⟨σ⟩ of the Hertz source. Eqs. (14) and (21) are its limits.
 
@@ -55,6 +56,7 @@ def flash_temperature(peclet: ArrayLike) -> Array | float:
     return _over_distance(peclet, _autocorrelation, i0e, FAST.flash_temperature)
 
 
+@of_peclet
 def flash_gradient(peclet: ArrayLike) -> Array | float:
     """Weighted slope T′_flash = ⟨∂ₓT σ⟩/⟨σ⟩ of the Hertz source, q̇₁/κ; negative for Pe > 0, odd in Pe. Eq. (A7).
 
@@ -77,6 +79,7 @@ def flash_gradient(peclet: ArrayLike) -> Array | float:
     return float_if_scalar(magnitude * np.sign(peclet))
 
 
+@of_peclet
 def flash_laplacian(peclet: ArrayLike) -> Array | float:
     """Weighted Laplacian in the plane ∇²T_flash = ⟨∇²T σ⟩/⟨σ⟩ of the Hertz source, q̇₁/κR. Eqs. (17) and (A6).
 
@@ -98,6 +101,7 @@ def flash_laplacian(peclet: ArrayLike) -> Array | float:
     return _over_distance(peclet, _laplacian, i0e, FAST.flash_laplacian)
 
 
+@of_peclet
 def flash_width(peclet: ArrayLike) -> Array | float:
     """Width D_flash/R = √(−T_flash/∇²T_flash)/R of the Hertz source: √0.4 at rest, 4/9 when fast. Eq. (25).
 
@@ -119,6 +123,7 @@ def flash_width(peclet: ArrayLike) -> Array | float:
     return float_if_scalar(np.sqrt(-np.divide(flash_temperature(peclet), flash_laplacian(peclet))))
 
 
+@of_peclet
 def slope_length(peclet: ArrayLike) -> Array | float:
     """Slope length d_flash/R = T_flash/R|T′_flash| of the Hertz source: 4/|Pe| for Pe → 0, ∞ at rest. Eq. (26).
 
@@ -142,6 +147,7 @@ def slope_length(peclet: ArrayLike) -> Array | float:
     return float_if_scalar(length)
 
 
+@of_peclet
 def mean_temperature(peclet: ArrayLike) -> Array | float:
     """Plain average T_av of the temperature over the Hertz contact, q̇₁R/κ. Eqs. (16) and (23) are its limits.
 
@@ -172,6 +178,7 @@ def mean_temperature(peclet: ArrayLike) -> Array | float:
     return _over_distance(peclet, correlation, lambda z: i0e(z) + i1e(z), FAST.mean_temperature)
 
 
+@of_peclet
 def disc_mean_temperature(peclet: ArrayLike) -> Array | float:
     """Average temperature over a uniform moving disc, q̇R/κ.
 
@@ -199,6 +206,7 @@ def disc_mean_temperature(peclet: ArrayLike) -> Array | float:
     return _over_distance(peclet, correlation, i0e, DISC_FAST.mean_temperature)
 
 
+@of_peclet
 def square_mean_temperature(peclet: ArrayLike) -> Array | float:
     """Average temperature over a uniform square of side 2l that moves along a side, q̇l/κ, Pe = vl/D.
 
