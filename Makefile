@@ -36,7 +36,7 @@ mutants: ## whether the tests notice errors planted in formulas and kernels; hal
 	$(BIN)/python tests/mutate.py
 
 check: ## style and types
-	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy && $(BIN)/mypy --strict docs/examples
 
 docs: ## the site, in build/site
 	$(BIN)/python -m sphinx -qW --keep-going docs build/site

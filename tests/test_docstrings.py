@@ -50,8 +50,8 @@ def whole(name, found):
                 inspect.isfunction(member) or isinstance(member, (classmethod, property))
             ):
                 yield f"{name}.{part}", getattr(member, "__func__", member)
-    elif inspect.isfunction(found):
-        yield name, found
+    elif inspect.isfunction(found) or name == "roughsim.theory":
+        yield name, found if inspect.isfunction(found) else inspect.unwrap(found)
 
 
 INTERFACE = dict(interface())

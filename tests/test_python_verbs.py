@@ -103,6 +103,11 @@ def test_every_verb_stays_a_function(capped_run):
             assert callable(getattr(rs, name))
 
     assert callable(rs.report)
+    with pytest.raises(AttributeError, match="from theory import flash"):
+        rs.theory.flash  # noqa: B018
+    with pytest.warns(rs.SceneWarning) as given:
+        rs.theory("granite")
+    assert given[0].filename == __file__
 
 
 def test_a_scene_to_start_from_is_the_bundled_text(tmp_path):

@@ -1,10 +1,11 @@
 """`theory`: the results of the analytic theory for a scene, as numbers, a table and a figure."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import update_wrapper
 from math import isnan, nan
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from roughsim.show.remarks import warn_of
 from roughsim.show.table import Column, Number, Row, Table, with_unit
 from roughsim.show.text import marked
 from roughsim.table import heads_of
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -148,6 +152,24 @@ class Theory:
         theory_chart({self.scene.title: self}, path, csv=csv)
 
 
+class _Verb(Generic[P, R]):
+    """A function whose AttributeError names the package `theory`, which a reader may have wanted."""
+
+    def __init__(self, function: Callable[P, R]):
+        update_wrapper(self, function)
+        self._function = function
+
+    def __call__(self, *arguments: P.args, **named: P.kwargs) -> R:
+        return self._function(*arguments, **named)
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise AttributeError(
+            f"roughsim.theory is the function for a scene, and has no {name!r}; the formulas are in the package of this "
+            f"name: from theory import {name}"
+        )
+
+
+@_Verb
 def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> Theory:
     """Return the results of the analytic theory for a scene.
 
@@ -172,7 +194,7 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     """
     loaded = as_scene(scene, changes)
     judged = judge(loaded)
-    warn_of(judged.remarks)
+    warn_of(judged.remarks, above=2)  # this function and its `_Verb`
     values = by_direction(loaded, theory_values(loaded)) | {
         "scene": loaded,
         "speed": np.array(loaded.sliding.speed),

@@ -47,10 +47,10 @@ def most_serious_first(remarks: Iterable[Remark]) -> list[Remark]:
     return sorted(remarks, key=lambda remark: WARNINGS.index(remark.kind))
 
 
-def warn_of(remarks: Iterable[Remark]) -> None:
-    """Give warnings to Python, at the line that called the function that calls this."""
+def warn_of(remarks: Iterable[Remark], above: int = 1) -> None:
+    """Give warnings to Python, at the line that called the function that calls this, or one some calls `above`."""
     for remark in remarks:
-        warnings.warn(str(remark), SceneWarning, stacklevel=3)
+        warnings.warn(str(remark), SceneWarning, stacklevel=2 + above)
 
 
 def of_several(remarks: Mapping[str, Iterable[Remark]]) -> list[Remark]:
