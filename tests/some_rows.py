@@ -9,5 +9,7 @@ def some(rows, each=3, *, pairs=False):
 
 
 def _slow(row, pairs):
+    if hasattr(row, "marks"):  # of pytest.param
+        return pytest.param(*row.values, marks=(*row.marks, pytest.mark.slow), id=row.id)
     values = row if isinstance(row, tuple) and not pairs else (row,)
     return pytest.param(*values, marks=pytest.mark.slow)

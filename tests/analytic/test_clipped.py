@@ -47,6 +47,7 @@ def rim_over_contact(edge, z):
     return 1 / (z - edge + 0.1) - mean
 
 
+@pytest.mark.slow
 def test_products_are_those_of_the_hermite_series():
     levels, heights = np.array([-0.4, 0.7, 1.5]), np.array([0.3, 1.0, 2.0])
     height = heights @ ndtr(-levels) / ndtr(0.4)  # the contact has the mean of the pressure

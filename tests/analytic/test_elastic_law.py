@@ -32,7 +32,7 @@ def at_load(load, spectrum=SPECTRUM):
     )
 
 
-@pytest.mark.parametrize("contact", some(CONTACTS["elastic"][::3]))
+@pytest.mark.parametrize("contact", some(CONTACTS["elastic"][::3], 6))
 def test_measured_contacts_lie_within_the_error_bands(contact):
     spectrum = rs.SelfAffineSpectrum.from_rms_slope(
         1.0,

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import dawsn
+from some_rows import some
 
 from theory import background, flash, persson, plasticity
 from theory.arguments import is_value
@@ -15,7 +16,7 @@ BODY = {"conductivity": 20.0, "diffusivity": 5e-6}
 
 
 @pytest.mark.parametrize("s", [0.01, 0.3, 0.5, 0.9])
-@pytest.mark.parametrize("g", [1e-4, 0.03, 0.1999, 0.2001, 1.0, 3.0])
+@pytest.mark.parametrize("g", some([1e-4, 0.03, 0.1999, 0.2001, 1.0, 3.0], 2))
 def test_the_stress_distribution_fills_the_elastic_area_and_carries_the_load(s, g):
     given = (g * 4e18, s * 2e9, 2e9)
 

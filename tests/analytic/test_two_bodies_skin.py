@@ -28,8 +28,8 @@ INSULATED_RESTING = {"resting_conductivity": 1e-9, "resting_diffusivity": 7.6e-6
 def test_a_skin_of_the_same_material_is_no_skin():
     same = {"skin": (2e-6, 30.0, 7.6e-6), "resting_skin": (5e-5, 1.0, 5e-7)}
     bare, layered = (
-        sliding(moving_roughness=0.3, **GLASS),
-        sliding(moving_roughness=0.3, **GLASS, **same),
+        sliding(5.0, moving_roughness=0.3, **GLASS),
+        sliding(5.0, moving_roughness=0.3, **GLASS, **same),
     )
     for one, other in zip(layered, bare, strict=True):
         assert one == pytest.approx(other, rel=1e-10)
@@ -64,8 +64,9 @@ def test_twins_with_equal_skins_share_the_heat_evenly():
 
 @pytest.mark.parametrize("part", [pytest.param(0.0, marks=pytest.mark.slow), 0.3])
 def test_the_bodies_exchanged_exchange_their_temperatures(part):
-    slid = sliding(moving_roughness=part, **GLASS, **LAYERED)
+    slid = sliding(5.0, moving_roughness=part, **GLASS, **LAYERED)
     other = sliding(
+        5.0,
         moving_roughness=1 - part,
         conductivity=1.0,
         diffusivity=5e-7,

@@ -296,7 +296,7 @@ def shares_and_spectra():
     for i, share in enumerate((0.01, 0.1, 0.5)):
         for j, level in enumerate((1e-25, 3e-25, 1e-24, 1e-23, 1e-21)):
             for k, of_waves in enumerate(((0.4, 1.001), (0.8, 1.001), (0.8, 4.0), (1.0, 16.0))):
-                marks = [pytest.mark.slow] if (i + j + k) % 3 else []
+                marks = [pytest.mark.slow] if (i + j + k) % 6 else []
                 yield pytest.param(share, level, *of_waves, marks=marks)
 
 

@@ -154,7 +154,7 @@ SURFACES = surfaces()
 
 @pytest.mark.parametrize("name", SURFACES)
 @pytest.mark.parametrize("cap", some([np.inf, 1.0001, 2.0, 50.0], 2))
-@pytest.mark.parametrize("load", [1e-3, 0.1, 0.9])
+@pytest.mark.parametrize("load", some([1e-3, 0.1, 0.9], 2))
 def test_hard_surfaces_meet_the_optimality_conditions(name, cap, load):
     heights, grid = SURFACES[name]
     full = np.fft.ifft2(np.fft.fft2(heights) * q_plane(grid) / 2).real
@@ -302,7 +302,7 @@ def test_too_few_iterations_raise_and_carry_the_best_field():
 
 def test_random_problems_meet_the_optimality_conditions():
     rng = np.random.default_rng(7)
-    for seed, points in enumerate(itertools.islice(itertools.cycle([64, 96, 100, 128]), 60)):
+    for seed, points in enumerate(itertools.islice(itertools.cycle([64, 96, 100, 128]), 24)):
         slope, share = 10 ** rng.uniform(-3, 0.5), 10 ** rng.uniform(-4, 0.3)
         heights, grid = rough(
             points, hurst=rng.random(), slope=slope, per_wave=rng.choice([2, 3, 4, 8]), seed=seed

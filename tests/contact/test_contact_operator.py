@@ -183,7 +183,9 @@ def parents(child, number, double):
 @pytest.mark.parametrize(
     "shape", [(8, 8), (7, 5), (1, 6), (9, 1), (13, 16), (2, 3), (1, 1), (5, 32), (3, 2)]
 )
-@pytest.mark.parametrize("lengths", [(1.0, 1.0), (1.0, 20.0), (300.0, 1.0), (1.0, 1.6)])
+@pytest.mark.parametrize(
+    "lengths", some([(1.0, 1.0), (1.0, 20.0), (300.0, 1.0), (1.0, 1.6)], 2, pairs=True)
+)
 def test_the_extension_is_push_pull_and_its_transpose_the_transpose(shape, lengths):
     rng = np.random.default_rng(2)
     free = (rng.random(shape) < 0.3).astype(np.int8)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from some_rows import some
 
 import roughsim as rs
 
@@ -88,7 +89,7 @@ def test_elastic_contact_leaves_nothing_behind(hardness):
     np.testing.assert_allclose(level, deformed.flat_height, rtol=0, atol=1e-8 * np.ptp(heights))
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-9])
+@pytest.mark.parametrize("tolerance", some([1e-2, 1e-4, 1e-6, 1e-9], 2))
 @pytest.mark.parametrize(("load", "hardness"), [(0.03, 0.1), (0.01, 0.5), (0.05, 0.06), (0.6, 0.7)])
 def test_the_deformed_surface_repeats_the_pressures_elastically_and_without_new_yielding(
     tolerance, load, hardness

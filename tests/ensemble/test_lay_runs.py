@@ -242,7 +242,9 @@ def test_modes_with_a_skin_at_rest_know_no_direction():
 )
 def test_theory_of_a_faint_lay_is_isotropic(rule):
     keys = "".join(f"{key} = {value}\n" for key, value in rule.items())
-    text = FREE.replace("heat_partition = 0.9\n", keys).replace("[0, 0.1, 35]", "[0.1, 35]")
+    text = FREE.replace("heat_partition = 0.9\n", keys).replace(
+        "[0, 0.1, 35]", "[0.1, 35]" if len(rule) == 1 else "[35]"
+    )
     faint = parse_scene(text.replace("[surface]\n", "[surface]\nlay = 1.0000001\n"))
     for function in (
         prediction.heat_partition,

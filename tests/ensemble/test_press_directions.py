@@ -174,6 +174,7 @@ def test_the_press_of_grooves_gives_both_principal_directions_and_the_one_asked_
     assert run.in_direction("along").mean[-1] > 1.5 * run.in_direction("across").mean[-1]
 
 
+@pytest.mark.slow
 def test_a_map_turned_by_a_right_angle_exchanges_along_and_across(run, tmp_path):
     turned = pressed(tmp_path / "turned", grooved().T.copy())
     assert turned.angles["along"] == pytest.approx(math.pi / 2, abs=1e-3)

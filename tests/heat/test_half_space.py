@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heat_cases import pixel_influence
+from some_rows import some
 
 from roughsim import Grid, half_space_temperature, sliding_temperature
 from roughsim.fourier import convolution
@@ -83,7 +84,7 @@ def test_one_hot_pixel_of_steel_shows_its_influence(case):
     )
 
 
-@pytest.mark.parametrize("peclet", PECLET)
+@pytest.mark.parametrize("peclet", some(PECLET, 2))
 @pytest.mark.parametrize(("pixels", "tolerance"), [(8, 0.01), (32, 0.001)])
 def test_the_hertz_source_is_right_at_any_peclet_number(peclet, pixels, tolerance):
     flux, grid = hertz_source(pixels)

@@ -94,7 +94,8 @@ def test_a_wave_is_the_solution_by_finite_differences(
 
 @pytest.mark.parametrize(("thickness", "heat_depth"), some(CASES, 2))
 @pytest.mark.parametrize(
-    ("conduction", "ratio", "advection"), [(0.1, 3.0, 20.0), (8.0, 0.2, -5.0), (0.3, 1.0, 0.0)]
+    ("conduction", "ratio", "advection"),
+    some([(0.1, 3.0, 20.0), (8.0, 0.2, -5.0), (0.3, 1.0, 0.0)], 2),
 )
 @pytest.mark.parametrize("spread", [0.01, 1.0])
 def test_from_rest_a_wave_is_the_solution_by_finite_differences(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy
 from heat_cases import STEEL
+from some_rows import some
 
 from roughsim import Body, Grid, Skin, half_space_temperature, partition_heat, sliding_temperature
 from roughsim.heat import depth_profile
@@ -38,7 +39,7 @@ def exact_at_the_middle(speed, skin, heat_depth):
 
 
 @pytest.mark.parametrize(("skin", "heat_depth"), CASES)
-@pytest.mark.parametrize(("speed", "direction"), [(0.0, 0.0), (1.0, 0.4), (35.0, pi / 2)])
+@pytest.mark.parametrize(("speed", "direction"), some([(0.0, 0.0), (1.0, 0.4), (35.0, pi / 2)], 2))
 def test_a_gaussian_source_is_as_hot_as_its_hankel_integral(skin, heat_depth, speed, direction):
     flux, grid, middle = hill(61)
     heat = {"speed": speed, "direction": direction, "skin": skin, "heat_depth": heat_depth}
@@ -81,7 +82,7 @@ def test_a_mirrored_source_leaves_a_mirrored_field():
     np.testing.assert_allclose(back[::-1], forth, rtol=0, atol=1e-12 * forth.max())
 
 
-@pytest.mark.parametrize("direction", [0.4, pi / 2, 2.0])
+@pytest.mark.parametrize("direction", some([0.4, pi / 2, 2.0], 3))
 def test_a_source_mirrored_across_the_other_axis_leaves_a_mirrored_field(direction):
     flux, grid, _ = hill(24)  # padded to 48 points: there are waves at the Nyquist wavenumber
     flux = flux * (1 + 0.3 * np.random.default_rng(2).random(flux.shape))
@@ -157,7 +158,7 @@ def test_the_wake_of_a_fast_strip_cools_as_in_one_dimension(skin):
     np.testing.assert_allclose(field[:58], begun - ended, rtol=2e-3)
 
 
-@pytest.mark.parametrize("speed", [0.5, 5.0])
+@pytest.mark.parametrize("speed", some([0.5, 5.0], 2))
 def test_a_thick_skin_is_the_whole_half_space(speed):
     grid, heat = Grid((24, 24), (1e-3, 1e-3)), {"speed": speed}
     flux = np.zeros(grid.shape)
@@ -183,7 +184,7 @@ def test_a_thick_skin_is_the_whole_half_space(speed):
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-8])
-@pytest.mark.parametrize("conductivity", [3.0, 300.0])
+@pytest.mark.parametrize("conductivity", some([3.0, 300.0], 2, pairs=True))
 def test_a_body_far_below_a_source_at_rest_is_felt_as_by_images(speed, conductivity):
     # steady: κ_s ΔT = Q/2π Σ 2βⁿ/2nd, Q the heat, β = (κ_s − κ)/(κ_s + κ); the source is small beside d
     flux, grid, middle = hill(9)
@@ -214,7 +215,7 @@ def test_a_slow_source_loses_as_much_over_a_layered_body():
 
 
 @pytest.mark.parametrize("time", [1e-6, inf])
-@pytest.mark.parametrize("thickness", [1e-9, 1e-8])
+@pytest.mark.parametrize("thickness", some([1e-9, 1e-8], 2))
 def test_a_thin_skin_adds_its_resistance_to_a_source(thickness, time):
     # d/κ_s times the flux, less (κ_s/κ)²-times as much by what it conducts and stores
     flux, grid, middle = hill(41)
@@ -225,7 +226,7 @@ def test_a_thin_skin_adds_its_resistance_to_a_source(thickness, time):
     assert rise[middle, middle] == pytest.approx(thickness / 0.03, rel=thickness / 1e-7 + 2e-3)
 
 
-@pytest.mark.parametrize(("skin", "heat_depth"), [*CASES, (Skin(1e-4, 3.0, 9e-7), 0.0)])
+@pytest.mark.parametrize(("skin", "heat_depth"), some([*CASES, (Skin(1e-4, 3.0, 9e-7), 0.0)], 3))
 def test_the_steady_state_is_approached_as_on_a_bare_body(skin, heat_depth):
     # at rest κ(T − T(t)) = Q/(2π√π √(Dt)), Q the heat: what is released in layers has left them by then
     flux, grid, middle = hill(9)
@@ -239,7 +240,7 @@ def test_the_steady_state_is_approached_as_on_a_bare_body(skin, heat_depth):
     np.testing.assert_allclose(field[2] - field[:2], missing, rtol=1e-2)
 
 
-@pytest.mark.parametrize("speed", [0.3, 3.0])
+@pytest.mark.parametrize("speed", some([0.3, 3.0], 2))
 @pytest.mark.parametrize(
     "layers", [(OXIDE, 0.0), (Skin(2e-5, 90.0, 4e-5), 0.0), (OXIDE, 1e-6), (None, 2e-6)]
 )
@@ -259,7 +260,7 @@ def test_a_smooth_source_has_its_hankel_integral_to_four_digits(speed, layers):
 
 @pytest.mark.parametrize(
     ("skin", "time"),
-    [(OXIDE, 1e-6), (Skin(3e-6, 300.0, 1e-4), 1e-8), (Skin(1e-6, 0.2, 1e-7), 1e-5)],
+    some([(OXIDE, 1e-6), (Skin(3e-6, 300.0, 1e-4), 1e-8), (Skin(1e-6, 0.2, 1e-7), 1e-5)], 3),
 )
 def test_both_ways_from_rest_agree(skin, time):
     # waves of a periodic cell, and ages of the heat of each pixel: differences over the source, before images matter

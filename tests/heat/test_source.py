@@ -138,7 +138,7 @@ def test_centres_of_pixels_miss_the_hottest_point(peclet):
 
 
 @pytest.mark.parametrize(
-    "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
+    "case", some(TRANSIENTS, 3), ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
 )
 def test_a_square_from_rest_is_exact_at_any_resolution(case):
     flux, grid = square_source(8)
@@ -190,7 +190,7 @@ def test_young_heat_sees_the_flux_itself_so_that_means_over_pixels_lose_its_vari
 
 
 @pytest.mark.parametrize(
-    "case", TRANSIENTS, ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
+    "case", some(TRANSIENTS, 3), ids=lambda c: f"Pe {c['peclet']:g} Fo {c['fourier_number']:g}"
 )
 @pytest.mark.parametrize(("pixels", "tolerance"), RESOLUTION)
 def test_a_disc_of_whole_pixels_from_rest_is_as_hot_as_its_rim_allows(case, pixels, tolerance):
@@ -294,7 +294,7 @@ def test_a_point_of_a_large_pixel_is_an_edge_of_small_ones(drift, shift):
         assert influence[2 + k, 1] == pytest.approx(expected, rel=0, abs=3e-9 * influence.max())
 
 
-@pytest.mark.parametrize("drift", [0.0, 1e-7, 0.6, 50.0])
+@pytest.mark.parametrize("drift", some([0.0, 1e-7, 0.6, 50.0], 2))
 def test_the_mean_over_a_pixel_is_the_mean_of_its_points(drift):
     nodes, weights = np.polynomial.legendre.leggauss(20)
     axes = [PixelAxis(3, 1.0, drift, averaged=True), PixelAxis(2, 1.3, 0.3 * drift, averaged=True)]

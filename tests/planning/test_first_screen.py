@@ -57,7 +57,7 @@ def printed(verb, scene, *words):
             ),
             *(("steel-1.2GPa", changes) for changes in CHANGES if changes != "as bundled"),
         ],
-        2,
+        3,
     ),
 )
 def test_first_screen_is_short(verb, scene, changes):

@@ -112,7 +112,7 @@ def test_where_a_grid_holds_all_of_C_the_cut_offs_double_exactly_to_its_end(monk
 
 @pytest.mark.parametrize("name", ["demo", "steel-1.2GPa", "granite"])
 def test_the_lowest_grid_follows_the_target(name):
-    targets = 0.003, 0.01, 0.02, 0.03, 0.05, 0.1, 0.9
+    targets = 0.003, 0.01, 0.05, 0.9
     elastic = {"body.penetration_hardness": None} if name == "granite" else {}
     plans = [rs.plan(rs.load_scene(name, elastic), target) for target in targets]
     sides = [plan.levels[plan.of_column(plan.columns[-1])[0]].shape[0] for plan in plans]
@@ -122,7 +122,7 @@ def test_the_lowest_grid_follows_the_target(name):
     assert sides[1:] == sorted(sides[1:], reverse=True)
 
 
-@pytest.mark.parametrize("hardness", [None, 5e8, 2e9])
+@pytest.mark.parametrize("hardness", some([None, 5e8, 2e9], 2))
 @pytest.mark.parametrize("target", some([0.03, 0.9, 0.1, 0.01]))
 @pytest.mark.parametrize("waves", [(64, 64), (128, 32), (2, 300)])
 def test_the_lowest_level_has_waves_in_a_cell_of_very_many(waves, target, hardness):

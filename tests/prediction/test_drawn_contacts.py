@@ -93,6 +93,7 @@ def test_steel_has_the_quantiles_of_solved_contacts():
     assert (np.abs(ratio.T - solved)[:, 6] < 0.2).all()  # .999 is the mean over small fields
 
 
+@pytest.mark.slow
 def test_the_hottest_of_all_steel_is_that_of_a_ladder_of_solved_contacts():
     # boundary-element contacts have 99 % quantiles of 2.43 and 2.72 T_flash at 8e5 1/m, and they rise by .06 more
     drawn = frozen([1.0, 35.0], ROUGH)
@@ -146,7 +147,7 @@ def test_a_smooth_body_that_takes_all_heat_feels_the_frozen_contact():
 
 def test_in_full_contact_the_temperature_of_a_slide_is_normal():
     spectrum, solid = self_affine(1e-29, 4e5), FULL
-    sample = slides([0.02], spectrum, solid, INSULATING, 0.0, 5e-4, fields=2)
+    sample = slides([0.02], spectrum, solid, INSULATING, 0.0, 5e-4, fields=2, points=96)
     even, _ = over_flash(sample, "area_", "sliding_")
     deviation = even[4, 0] / ndtri(0.9)
     assert even[:5, 0] == pytest.approx(deviation * ndtri(SHARES[:5]), abs=0.15 * deviation)
@@ -170,7 +171,7 @@ def test_slides_of_steel_have_the_quantiles_of_solved_ones():
 
 def test_hot_places_of_waves_that_are_not_drawn_are_those_of_frozen_contact():
     flat = fields.by_law(np.array([100.0]), 0.0, "slide")
-    sample = slides([3.0], self_affine(1e-23, 2e5), distance=3e-4, fields=2)
+    sample = slides([3.0], self_affine(1e-23, 2e5), distance=3e-4, fields=2, points=64)
     drawn, whole = (fields.drawn_slides(sample, flat, np.array([x])) for x in (1.0, 1.3))
     for name in fields.QUANTILES:
         above = fields.quantile_of(drawn, name).value - 100.0
@@ -255,7 +256,7 @@ def test_a_spectrum_with_gaps_keeps_the_fields_as_they_are_drawn():
         def __call__(self, q):
             return np.where((q < 1e5) | (q > 2e5), 1e-24 * (q / 5e4) ** -3.4, 1e-27)
 
-    rows = [frozen([3.0], Gap(), fields=1, points=128, walk=walk) for walk in (True, False)]
+    rows = [frozen([3.0], Gap(), fields=1, points=64, walk=walk) for walk in (True, False)]
     numbers = [one.samples[-1].numbers["temperature_quantile_99"] for one in rows]
     assert not rows[0].walked
     assert numbers[0] == numbers[1]

@@ -41,9 +41,9 @@ def test_what_all_scans_share_changes_the_flash_temperature_as_c_in_full_contact
 def test_points_that_were_filled_add_three_times_their_share_of_c(steel):
     # full contact: T_flash ∝ C. The error is one way, and adds to that of the rows
     scene = with_errors(steel, FLAT, *[(0.0,)] * 3)
-    alone = scan_error(scene)["flash_temperature"]
+    alone = scan_error(scene, NAME)[NAME]
     filled = replace(scene, surface=replace(scene.surface, psd_filled=0.02))
-    found = scan_error(filled)["flash_temperature"]
+    found = scan_error(filled, NAME)[NAME]
     np.testing.assert_allclose((1 + found) / (1 + alone), 1.06, rtol=1e-3)
 
 
@@ -53,8 +53,8 @@ def test_rows_that_scatter_alone_add_up_as_squares(steel):
     alone = []
     for k in range(3):
         errors = [*zero[:k], (0.01,), *zero[k + 1 :]]
-        alone.append(np.log1p(scan_error(with_errors(steel, FLAT, *errors))["flash_temperature"]))
-    together = np.log1p(scan_error(with_errors(steel, FLAT, *[(0.01,)] * 3))["flash_temperature"])
+        alone.append(np.log1p(scan_error(with_errors(steel, FLAT, *errors), NAME)[NAME]))
+    together = np.log1p(scan_error(with_errors(steel, FLAT, *[(0.01,)] * 3), NAME)[NAME])
     np.testing.assert_allclose(together, np.sqrt(np.sum(np.square(alone), axis=0)), rtol=1e-3)
     # all at once would be 1 % of C, and so 1.96 % of T_flash: the parts of the rows add up to that
     np.testing.assert_allclose(
@@ -63,8 +63,8 @@ def test_rows_that_scatter_alone_add_up_as_squares(steel):
 
 
 def test_scans_that_differ_by_no_more_than_their_scatter_show_no_difference_of_places(steel):
-    one = scan_error(with_errors(steel, FLAT, *[(0.1,)] * 3))["flash_temperature"]
-    two = scan_error(with_errors(steel, FLAT, *[(0.1, 0.05, -0.05)] * 3))["flash_temperature"]
+    one = scan_error(with_errors(steel, FLAT, *[(0.1,)] * 3), NAME)[NAME]
+    two = scan_error(with_errors(steel, FLAT, *[(0.1, 0.05, -0.05)] * 3), NAME)[NAME]
     np.testing.assert_allclose(two, one, rtol=1e-9)
 
 

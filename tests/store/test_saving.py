@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from damage_cases import member
+from some_rows import some
 from stored_cases import OF_RUN, members_of
 
 from roughsim.store import saving
@@ -136,7 +137,7 @@ def test_without_hard_links_the_one_file_stays_a_part_and_replaces_none(folder, 
 CALLS = ("rename", "link", "unlink", "fsync")
 
 
-@pytest.mark.parametrize("late", [False, True])
+@pytest.mark.parametrize("late", some([False, True], 2))
 @pytest.mark.parametrize("whole", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_kill_at_any_step_of_merging_loses_no_member(folder, monkeypatch, whole, late):
     steps = 0

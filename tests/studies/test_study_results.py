@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from some_rows import some
 from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
@@ -163,7 +164,7 @@ def test_the_table_marks_points_whose_levels_or_cell_do_not_suit_them(done):
     assert f"the largest is size 5 %, at {done.points[2].name}" in note
 
 
-@pytest.mark.parametrize("observable", ["flash_temperature", "contact_fraction"])
+@pytest.mark.parametrize("observable", some(["flash_temperature", "contact_fraction"], 2))
 def test_a_study_is_drawn(done, tmp_path, observable):
     done.chart(tmp_path / "s.svg", observable)
     text = (tmp_path / "s.svg").read_text()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import iv
 from scipy.stats import norm
+from some_rows import some
 
 import roughsim as rs
 from roughsim.surface import peak_volume as stage
@@ -51,7 +52,7 @@ def test_very_many_waves_are_normal(level):
     assert mean_above(level, of_amplitudes(np.ones(20000))) == pytest.approx(exact, rel=1e-3)
 
 
-@pytest.mark.parametrize("level", [0.3, 1.2, 2.5])
+@pytest.mark.parametrize("level", some([0.3, 1.2, 2.5], 2))
 def test_few_and_unequal_waves_have_the_mean_of_many_draws(level):
     amplitudes = np.array([1.0, 0.7, 0.5, 0.3, 0.2, *np.full(30, 0.05)])
     point = of_amplitudes(amplitudes)
@@ -79,7 +80,7 @@ def test_bessel_sums_are_those_of_the_library():
 
 
 @pytest.mark.parametrize("q_max", [40 * WAVE, 12 * WAVE])
-@pytest.mark.parametrize("load", [0.01, 0.002])
+@pytest.mark.parametrize("load", some([0.01, 0.002], 2))
 @pytest.mark.statistical
 def test_the_mean_over_surfaces_is_zero(q_max, load):
     grid = rs.Grid((160, 160), GRID.lengths)

@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from some_rows import some
 
 from roughsim.scene.spectra.k_correlation import Spectrum as KCorrelation
 from roughsim.surface.power_laws import PowerLaws, SelfAffineSpectrum, TabulatedSpectrum
@@ -78,7 +79,7 @@ def test_a_number_gives_a_number_and_an_array_keeps_its_shape():
     assert type((spectrum + spectrum)(1e5)) is float
 
 
-@pytest.mark.parametrize(("hurst", "m"), EXPONENTS)
+@pytest.mark.parametrize(("hurst", "m"), some(EXPONENTS, 2))
 @pytest.mark.parametrize("order", [0, 2, 4, 1])
 def test_moments_are_exact_including_the_logarithms(hurst, m, order):
     # H = 1 at order 2, H = 0 at order 0, m = 2 at order 0 and m = 4 at order 2 are logarithms

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from some_rows import some
 from surface_cases import CIRCLE, SPECTRUM, WIDE, cell_integral, square
 
 from roughsim.errors import ResolutionError
@@ -34,7 +35,7 @@ def test_the_variance_of_a_mode_is_the_integral_over_its_cell(k):
 
 
 @pytest.mark.filterwarnings("ignore:q_min:RuntimeWarning")
-@pytest.mark.parametrize("aspect", [0.02, 0.3, 1.7, 10.0, 50.0])
+@pytest.mark.parametrize("aspect", some([0.02, 0.3, 1.7, 10.0, 50.0], 2))
 @pytest.mark.parametrize("k", [(0, 1), (1, 0), (1, 1), (2, 5), (4, 0), (9, 1), (1, 12), (30, 30)])
 def test_the_variance_of_a_mode_in_cells_longer_than_wide(aspect, k):
     grid = Grid((128, 128), (CIRCLE, CIRCLE / aspect))
