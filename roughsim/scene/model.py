@@ -250,7 +250,7 @@ class Scene(Record):
         """
         return (1.0, 0.0) if self.lays_differ else self.surface.grooves
 
-    @property
+    @cached_property  # asked for a hundred times in each table of a run
     def lays_differ(self) -> bool:
         """Whether the rough faces have two lays, or only one of them has one."""
         first, *others = (face.grooves for face in self.sections_of_rough_faces.values())
@@ -264,7 +264,7 @@ class Scene(Record):
         """γ, the ratio of lengths along the grooves and across; 1 is isotropic."""
         return self.grooves[0]
 
-    @property
+    @cached_property  # as this
     def directions(self) -> tuple[float, ...]:
         """Directions of sliding with results of their own, radians from x; none of isotropic faces."""
         lay = self.directed_angle
