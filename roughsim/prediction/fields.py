@@ -221,20 +221,25 @@ def measured(
 def walked(moving: Sequence[Field], resting: Field, heat: Array, walk: AtRest) -> list[Array]:
     """Return temperatures of drawn contact over their means by heat, with what the `walk` changes of those at rest.
 
-    r_v + b (r̂₀ − r₀), r̂₀ of the walk at the rank of r₀ by heat, b the regression of r_v on r₀ by heat.
+    r_v + ρ b (r̂₀ − r₀), r̂₀ of the walk at the rank of r₀ by heat, b the regression of r_v on r₀ by heat, and ρ their
+    correlation: in units of its deviation r_v takes the share ρ² of the change, which r₀ explains of its variance.
     """
     share = heat / heat.sum(dtype=float)
     still = resting / (resting @ share)
     order = np.argsort(still)
     ranked = share[order]
-    exact = np.empty_like(share)
-    exact[order] = walk.over_flash(np.cumsum(ranked) - ranked / 2)
+    change = -still
+    change[order] += walk.over_flash(np.cumsum(ranked) - ranked / 2)
     apart = share * (still - 1.0)
-    change = (exact - still) / (apart @ still)
+    variance = apart @ still
     found = []
     for field in moving:
         over = field / (field @ share)
-        over = over + (apart @ over) * change
+        slope = apart @ over / variance
+        explained = slope**2 * variance
+        whole = max(share @ (over - 1.0) ** 2, explained)
+        if explained > 0.0:
+            over = over + slope * sqrt(explained / whole) * change
         found.append(over / (over @ share))
     return found
 

@@ -10,6 +10,8 @@ from scipy.optimize import brentq
 from scipy.special import ndtr
 
 import roughsim as rs
+from roughsim.observables.moments import HeatSource
+from roughsim.observables.temperatures import SlideFromRest, contact_fields
 from theory import clipped
 from theory.at_rest import at_rest
 from theory.interface import diffuse
@@ -159,3 +161,50 @@ def test_quantiles_are_those_of_walks_by_chance(hardness):
     found = at_rest(law, LENGTH, spacing=0.2).over_flash(SHARES)
     assert found[:5] == pytest.approx(walks[:5], abs=0.02)
     assert found[5] == pytest.approx(walks[5], abs=0.06)
+
+
+ROUGH = rs.SelfAffineSpectrum(1e-23, 0.7, 2.4e4, 4.8e4, 1.92e5)
+CELL = rs.Grid((128, 128), (8 * pi / 2.4e4, 8 * pi / 2.4e4))  # four pixels along the shortest wave
+HEAT = HeatSource([0.0], 1.0, 1.0, 1.0)
+
+
+def pressed(load, members):
+    """Heights, m, and pressures over their mean of elastic contacts at load = σ₀/(E* h′)."""
+    pressure = load * 1.1e11 * ROUGH.rms_slope
+    for seed in range(members):
+        heights = rs.synthesize(ROUGH, CELL, np.random.default_rng(seed))
+        contact = rs.solve_contact(
+            heights, CELL, rs.Solid(1.1e11), nominal_pressure=pressure, tolerance=1e-6
+        )
+        yield heights * 1.1e11 / (2 * pressure), contact.pressure / pressure
+
+
+@pytest.mark.parametrize("load", [0.03, 0.3, 3.0])
+def test_wherever_elastic_contact_touches_it_is_as_hot_as_high(load):
+    # T = μv E*/2κ (h − D): a wave of pressure makes 2/(E*q) of displacement and μv/κq of temperature
+    for height, heat in pressed(load, 1):
+        touches = heat > 0.0
+        hot = contact_fields(heat, CELL, HEAT, SlideFromRest())[0]
+        over_plane = height[touches]
+        assert touches.all() == (load == 3.0)
+        assert hot - hot.mean() == pytest.approx(
+            over_plane - over_plane.mean(), abs=1e-5 * np.ptp(over_plane)
+        )
+
+
+@pytest.mark.parametrize("load", [0.1, 0.3])
+def test_the_walk_is_as_hot_as_solved_elastic_contact_is_high(load):
+    heights, heats = map(np.array, zip(*pressed(load, 16), strict=True))
+    q = np.hypot(*np.meshgrid(*[np.fft.fftfreq(128, CELL.lengths[0] / 128 / 2 / pi)] * 2))
+    power = np.abs(np.fft.fft2(heats) / 128**2) ** 2
+    flash = np.divide(power, q, out=power, where=q > 0.0)  # ⟨σT⟩ of each wave, but q = 0
+    flash[:, 0, 0] = 0.0
+    plane = (heats * heights).mean(axis=(1, 2)) - flash.sum(axis=(1, 2))
+    temperature, heat = (heights - plane[:, None, None])[heats > 0.0], heats[heats > 0.0]
+    order = np.argsort(temperature)
+    below = np.cumsum(heat[order]) / heat.sum()
+    solved = np.interp(SHARES, below, temperature[order]) / (heat @ temperature / heat.sum())
+    law = law_of(spectrum=ROUGH, nominal_pressure=load * 1.1e11 * ROUGH.rms_slope)
+    found = at_rest(law, CELL.lengths[0]).over_flash(SHARES)
+    assert found[:5] == pytest.approx(solved[:5], abs=0.03)
+    assert found[5] == pytest.approx(solved[5], abs=0.07)

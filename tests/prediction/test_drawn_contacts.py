@@ -220,7 +220,7 @@ class Walk:
         self.over_flash = lambda share: np.interp(share, shares, over)
 
 
-def test_what_a_walk_changes_at_rest_is_carried_over_by_regression():
+def test_what_a_walk_changes_at_rest_is_carried_over_as_far_as_rest_explains():
     heat, rest = np.array([1.0, 2.0, 1.0, 4.0]), np.array([4.0, 2.0, 1.0, 3.0])
     share = heat / 8
     still = rest / (rest @ share)
@@ -228,17 +228,20 @@ def test_what_a_walk_changes_at_rest_is_carried_over_by_regression():
         [0.125 / 2, 0.25, 0.625, 0.9375]
     )  # of 1, 2, 3 and 4, at the middle of their heat
     exact = np.array([0.2, 0.5, 1.2, 1.5])
-    other = np.array([1.0, 3.0, 1.0, 5.0])
-    same, moved, far = walked([3.0 * rest, other, 7.0 + 0.0 * rest], rest, heat, Walk(ranks, exact))
+    alike = np.array([1.0, 3.0, 1.0, 5.0])
+    fields = [3.0 * rest, alike, 9.0 - alike, 7.0 + 0.0 * rest]
+    same, *moved, far = walked(fields, rest, heat, Walk(ranks, exact))
     changed = exact[[3, 1, 0, 2]]
     assert same == pytest.approx(changed / (changed @ share), rel=1e-12)  # it is that of the walk
-    over = other / (other @ share)
-    slope, _ = np.polyfit(still, over, 1, w=np.sqrt(share))
-    wanted = over + slope * (changed - still)
-    assert moved == pytest.approx(wanted / (wanted @ share), rel=1e-12)
+    for field, found in zip(fields[1:3], moved, strict=True):
+        over = field / (field @ share)
+        (own, both), (_, whole) = np.cov(still, over, aweights=share, ddof=0)
+        explained = both**2 / own / whole
+        wanted = over + np.copysign(explained, both) * np.sqrt(whole / own) * (changed - still)
+        assert found == pytest.approx(wanted / (wanted @ share), rel=1e-12)
     assert far == pytest.approx(np.ones(4), rel=1e-12)  # what does not know rest stays
-    unchanged = walked([other], rest, heat, Walk(ranks, np.sort(still)))[0]
-    assert unchanged == pytest.approx(over, rel=1e-12)
+    unchanged = walked([alike], rest, heat, Walk(ranks, np.sort(still)))[0]
+    assert unchanged == pytest.approx(alike / (alike @ share), rel=1e-12)
 
 
 def test_slow_contact_has_the_temperatures_of_the_walk_at_rest():
