@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from theory.arguments import Array
 from theory.full_contact import half_variance
-from theory.interface import STEP, UNREACHED, Diffusion, diffuse
+from theory.interface import STEP, UNREACHED, Diffusion, diffuse, diffused
 from theory.scattering import Shares, carried_back, shares_of
 from theory.yielding import YieldingSpectrum, octaves_missing
 
@@ -167,18 +167,11 @@ def _laid(diffusion: Diffusion, shares: Shares, sides: Array) -> Array:
 def _walk(diffusion: Diffusion, slope: Array, noise: Array, w: Array) -> NDArray[np.complex128]:
     """Return ⟨e^{iwT}; σ⟩ at the end of the walk, shape (m, w)."""
     pressure = diffusion.pressure - diffusion.pressure @ diffusion.probability[0]
-    up, down = diffusion.rates
     w = w[:, None]
     g = diffusion.probability[0] * np.exp(-noise[0] * w**2 / 2) + 0j  # (w, m)
     before, spread = 0.0, np.zeros(pressure.size)
     for growth, beta, added in zip(diffusion.growth, slope, noise[1:], strict=True):
         g *= np.exp(1j * (before - beta) * pressure * w - (spread + added) * w**2 / 4)
         before, spread = beta, added
-        below, above = (growth * up)[:-1] + 0j, (growth * down)[1:] + 0j
-        diagonal = -growth * (up + down) - (1 + 1j)
-        first, second = (
-            scipy.linalg.lapack.zgtsv(below, one, above, g.T)[3]
-            for one in (diagonal, diagonal.conj())
-        )
-        g = np.asarray(-1j * (first - second)).T
+        g = diffused(g.T, growth, diffusion.rates).T
     return np.asarray((g * np.exp(1j * before * pressure * w - spread * w**2 / 4)).T)

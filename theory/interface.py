@@ -24,9 +24,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, isinf, log, pi, sqrt
+from typing import Any
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, SpectrumLike, breaks_of, density
@@ -85,7 +87,10 @@ def diffuse(
     stiffness[:, [0, -1]] = 0.0  # the walls absorb
     rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
-    probability = _spread(growth, rates, below)
+    probability = np.zeros(stiffness.shape)
+    probability[0, below] = 1.0
+    for i, power in enumerate(growth):
+        probability[i + 1] = diffused(probability[i] + 0j, power, rates).real
     return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
 
 
@@ -203,10 +208,8 @@ def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float
 def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
     """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
     gap = hardness * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
-    up, down = np.zeros(z.size), np.zeros(z.size)
-    up[1:-1] = 1 / (gap[1:] * (gap[1:] + gap[:-1]))
-    down[1:-1] = 1 / (gap[:-1] * (gap[1:] + gap[:-1]))
-    return up, down
+    both = gap[1:] + gap[:-1]
+    return np.pad(1 / (gap[1:] * both), 1), np.pad(1 / (gap[:-1] * both), 1)
 
 
 def between_shells(square: Array, variance: Array) -> Array:
@@ -224,15 +227,16 @@ def between_shells(square: Array, variance: Array) -> Array:
     return np.where(square[:-1] > 0.0, mean * fall, 0.0)
 
 
-def _spread(growth: Array, rates: tuple[Array, Array], start: int) -> Array:
-    """Return P at each wavenumber, from certainty at the node `start`; (1 − L + L²/2)⁻¹ is one complex solve."""
+def diffused(values: NDArray[np.complex128], growth: Array, rates: tuple[Array, Array]) -> Any:
+    """Return `values`, (pressures, ...), after the pressure has spread by `growth`, Pa².
+
+    (1 − L + L²/2)⁻¹ is two complex solves, the same for real and for imaginary values.
+    """
     up, down = rates
-    result = np.zeros((growth.shape[0] + 1, growth.shape[1]))
-    result[0, start] = 1.0
-    for i, power in enumerate(growth):
-        below = (power * up)[:-1]
-        diagonal = -power * (up + down) - (1 + 1j)
-        above = (power * down)[1:]
-        solved = scipy.linalg.lapack.zgtsv(below + 0j, diagonal, above + 0j, result[i] + 0j)[3]
-        result[i + 1] = 2 * solved.imag
-    return result
+    below, above = (growth * up)[:-1] + 0j, (growth * down)[1:] + 0j
+    diagonal = -growth * (up + down) - (1 + 1j)
+    first, second = (
+        scipy.linalg.lapack.zgtsv(below, one, above, values)[3]
+        for one in (diagonal, diagonal.conj())
+    )
+    return -1j * (first - second)

@@ -66,13 +66,10 @@ def scatter(diffusion: Diffusion, modulus: float) -> Scattering:
     """Return the pressure of the waves at their own wavenumber and beside it; E* in Pa."""
     x, grown, kept, sides, grid, full, compliance = shares_of(diffusion, modulus)
     logs = np.log(diffusion.wavenumber)
-    ends = np.concatenate([logs[:1], x, logs[-1:]])
-    values = np.log(kept / full)
-    below = 1.5 * values[0] - 0.5 * values[1]
-    values = np.concatenate([[below], values, values[-1:]])
-    weight = np.sqrt(np.maximum(kept / kept.max(), _FAINT**2))
-    weight = np.concatenate([weight[:1], weight, weight[-1:]])
-    coherent = ScatteringTable(ends, values, weight)
+    values = np.pad(np.log(kept / full), 1, mode="edge")
+    values[0] = 1.5 * values[1] - 0.5 * values[2]
+    weight = np.pad(np.sqrt(np.maximum(kept / kept.max(), _FAINT**2)), 1, mode="edge")
+    coherent = ScatteringTable(np.concatenate([logs[:1], x, logs[-1:]]), values, weight)
     return Scattering(coherent, _density(grid, grown @ sides), (x, compliance))
 
 
@@ -95,10 +92,10 @@ def shares_of(diffusion: Diffusion, modulus: float) -> Shares:
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
     sides = beside(x, own, uneven / whole[:, None], grid)
     compliance = np.maximum(mean / square - 2 / (modulus * q), 0.0)
-    soft = compliance[:, None]
-    compliance_own = soft + 2 / (modulus * q[:, None])  # 1/g(q)
-    compliance_beside = soft + 2 / (modulus * np.exp(grid))  # 1/g(Q)
-    response = (compliance_own / compliance_beside) ** ANSWER
+    own_softness, softness = (
+        compliance[:, None] + 2 / (modulus * at) for at in (q[:, None], np.exp(grid))
+    )  # 1/g(q), 1/g(Q)
+    response = (own_softness / softness) ** ANSWER
     change = 2 * np.sum(sides * (response - 1), axis=1) / own
     factor = np.where(change < 0.0, 1 / (1 + np.abs(change)), 1 + change)
     return Shares(x, grown, own * grown * factor, sides * response**2, grid, full, compliance)
