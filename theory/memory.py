@@ -51,7 +51,9 @@ class SeenPairs:
         Addition by the heights of both bodies together, over r and the slid distance, mean over the angle between
         both, shape (terms, places, distances).
 
-    The last term is ⟨F F′⟩_c with the g_σ of the law, which no Gaussian heights have at long distances.
+    The last term is ⟨F F′⟩_c with the g_σ of the law. Contacts avoid one another, so that its long waves are weaker than
+    those of any Gaussian heights. What those lack is added, and stays with each body as much of it as of the pressure
+    at r = 0: with a ρ < 0 in its place, long waves would stay with a negative power.
     """
 
     own: Array
@@ -195,7 +197,7 @@ def seen_pairs(
     SeenPairs
         `own` and `other` at the distances of the field, `both` at the places.
     """
-    known = np.stack([*transforms, np.cos(field.angles())])
+    known = np.stack(transforms)
     alike = float(transforms[3][0])
     log_first, step = np.log(field.distance[0]), np.log(field.distance[1] / field.distance[0])
 
@@ -215,7 +217,7 @@ def seen_pairs(
     def means(own: Correlations, other: Correlations) -> Array:
         return field.products.shared(own, other, part, alike)
 
-    nothing = Correlations(*(np.zeros((1, 1)),) * 7)
+    nothing = Correlations(*(np.zeros((1, 1)),) * 6)
     alone = directed_correlations(known[:, :, None], _TURNS)
     own = means(alone, nothing) @ _ORDERS[0]
     other = np.moveaxis(means(nothing, alone) @ _ORDERS.T, -1, 0)
@@ -224,7 +226,7 @@ def seen_pairs(
     known_by_distance, other_by_distance = by_distance(known), by_distance(other)
     here = directed_correlations(at(known_by_distance, place)[:, :, None], cosine)
     mean_alone = at(by_distance(own), place)
-    both = np.empty((len(PAIRS) + 1, place.size, place.size))
+    both = np.empty((len(PAIRS), place.size, place.size))
     for n, s in enumerate(place):
         apart = np.sqrt(place[:, None] ** 2 + s**2 + 2 * s * place[:, None] * cosine)
         turned = np.clip(
@@ -237,5 +239,11 @@ def seen_pairs(
     start, second = both[..., :1], both[..., 1:2]
     between = start + (second - start) * (nearer / place[1])
     whole = np.concatenate([start, between, both[..., 1:]], axis=-1)
+    # what any heights lack of the g_σ of the law, over g_σ(0), is divided as all is at r = 0
+    lacking = field.pressure_correlation / field.variance - field.products.share(transforms[0])
+    own = np.concatenate([own, own[:1] + lacking * own[:1, :1]])
+    other = np.concatenate([other, other[:, :1] + lacking * other[:, :1, :1]], axis=1)
+    added = at(lacking, place)[:, None] * whole[:1, :1]
+    whole = np.concatenate([whole, whole[:1] + added])
     scale = field.variance / field.products.variance
     return SeenPairs(scale * own, scale * other, scale * whole)

@@ -8,7 +8,7 @@ has one face that is smooth. Each pair slides at two speeds.
 import json
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import exp, log, pi
 from pathlib import Path
 from typing import Any
@@ -70,7 +70,13 @@ DENSE = Part(
     (2.5, 100.0),
     (1.0, 10.0, 100.0),
 )
-PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH, "dense": DENSE}
+# the same, drawn when long waves of the pressure stayed with either face
+LATER = replace(
+    DENSE,
+    seed=20261207,
+    numbers={"A": range(71, 77), "B": range(71, 81), "E": range(71, 85)},
+)
+PARTS = {"first": FIRST, "second": SECOND, "fresh": FRESH, "dense": DENSE, "later": LATER}
 # of experiments/sliding_distance.py, with a list of its own
 FAR = Part(
     20261202,

@@ -160,7 +160,7 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
     Parameters
     ----------
     correlations : ndarray
-        Possible ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, and ρ of g_σ, dimensionless, along the first axis.
+        ρ, N₁, N₂, K₀, K₁ and K₂ at the distance, dimensionless, along the first axis.
     cosine : ndarray
         cos φ with φ the angle to x, of a shape that broadcasts with each of them.
 
@@ -169,9 +169,9 @@ def directed_correlations(correlations: Array, cosine: Array) -> Correlations:
     Correlations
         In the common shape, but those that do not depend on φ in the shape of ρ.
     """
-    rho, first, second, height, turned, own, of_pressure = correlations
+    rho, first, second, height, turned, own = correlations
     even = (rho - second * (2 * cosine**2 - 1)) / 2
-    return Correlations(rho, first * cosine, even, height, turned * cosine, own, of_pressure)
+    return Correlations(rho, first * cosine, even, height, turned * cosine, own)
 
 
 def clipped_field(

@@ -69,7 +69,6 @@ class Correlations(NamedTuple):
     potential: Array  # ⟨zζ′⟩
     odd_potential: Array  # ⟨ζχ′⟩ = −⟨χζ′⟩
     potentials: Array  # ⟨ζζ′⟩
-    of_pressure: Array  # ⟨zz′⟩ with which ⟨F F′⟩ is that of the contact
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,13 +113,11 @@ class Products:
     def shared(self, own: Correlations, other: Correlations, part: float, alike: float) -> Array:
         """Return ⟨W_i W′_j⟩ − ⟨W_i⟩⟨W_j⟩ of two bodies for the `PAIRS` of W = (F, G − F, Gψ, Hψ, Gχ, Gζ), Pa².
 
-        At last comes ⟨F F′⟩ − ⟨F⟩² of the contact itself.
-
         z = √(1 − f) z₁ + √f z₂ and ψ = √f z₁ − √(1 − f) z₂, of which z₁ belongs to one body and z₂ to the other.
         χ and ζ are linear transforms of z; ζ counts from its mean over the contact. `own` and `other` are the
         correlations of z₁ and of z₂, `part` is f, and `alike` ⟨zζ⟩ at the same place.
         """
-        p, n, c, level, turned, potentials, of_pressure = (
+        p, n, c, level, turned, potentials = (
             (1 - part) * x + part * y for x, y in zip(own, other, strict=True)
         )
         p = np.clip(p, -1.0, 1.0)
@@ -167,7 +164,6 @@ class Products:
                 + 2 * (alike * level * u * edge - mean * uneven)
                 + apart**2 * steep
                 + alike**2 * sine * edges,
-                self.variance * self.share(of_pressure),
             )
         )
 
