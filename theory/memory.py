@@ -51,9 +51,9 @@ class SeenPairs:
         Addition by the heights of both bodies together, over r and the slid distance, mean over the angle between
         both, shape (terms, places, distances).
 
-    The last term is ⟨F F′⟩_c with the g_σ of the law. Contacts avoid one another, so that its long waves are weaker than
-    those of any Gaussian heights. What those lack is added, and stays with each body as much of it as of the pressure
-    at r = 0: with a ρ < 0 in its place, long waves would stay with a negative power.
+    The last term is ⟨F F′⟩_c with the g_σ of the law, whose long waves are weaker than those of any Gaussian heights:
+    contacts avoid one another. The difference is divided as all the pressure is, that at r = 0. So it stays with each
+    body in part, but never more of a wave than there is.
     """
 
     own: Array

@@ -28,7 +28,9 @@ So the equations at ages in geometric sequence, with constant shares between, ar
 skin, or heat released in depth, the heat of the time τ ago counts as `theory.layered_memory` has it.
 
 Waves of z have no negative power, as ρ of the law has at long ones (`ClippedField.possible_correlation`): else the six
-numbers could grow without bounds. All M_ij are multiplied by the ratio of M_00 with the g_σ of the law to theirs.
+numbers could grow without bounds. All M_ij are multiplied by the ratio of M_00 with the g_σ of the law to theirs. Of
+what the law lacks of long waves, each body keeps the share that it keeps of the pressure, ⟨F F′⟩_c with ρ = 1 in it and
+0 in the other: the law's own ρ < 0 would let it keep long waves of negative power.
 
 Source: docs/sliding.md, which compares it with simulations.
 """

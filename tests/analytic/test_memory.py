@@ -1,5 +1,6 @@
 """Products of a contact with itself at earlier times: exact orthant means of Gaussian heights, by sums over angles."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -167,3 +168,27 @@ def test_products_with_earlier_heights_are_orthant_means_over_all_directions(par
     slope = (seen.both[..., 1] - seen.both[..., 0]) / nearer[0]
     np.testing.assert_allclose(seen.both[..., 2], seen.both[..., 0] + slope * nearer[1], atol=1e-12)
     np.testing.assert_allclose(seen.both[..., 3], seen.both[..., 0] + slope * place[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("part", [0.3, 1.0])
+def test_each_body_keeps_its_share_of_what_the_law_lacks(part):
+    # ⟨FF′⟩_c = arcsin(p)/2π of its greatest, ¼; at r = 0 p is 1 − f alone, f alone, and 1 − f + fρ(s) together
+    field = half_contact()
+    place, nearer = np.array([0.0, 0.3, 0.7, 1.2, 2.0]), np.array([0.05, 0.1])
+    transforms = (
+        np.exp(-(field.distance**2) / 2),
+        *riesz(field.distance),
+        *half_potential(field.distance),
+    )
+    off = -0.02 * field.distance**2 * np.exp(-(field.distance**2) / 8)
+    field = replace(field, pressure_correlation=field.pressure_correlation + off)
+    seen = memory.seen_pairs(field, transforms, part, place, nearer)
+    kept, passed = (2 / np.pi * np.arcsin(p) for p in (1 - part, part))
+    np.testing.assert_allclose(seen.own[-1] - seen.own[0], kept * off, atol=5e-5)
+    of_orders = np.array([passed, 0.0, 0.0])[:, None] * off
+    np.testing.assert_allclose(seen.other[:, -1] - seen.other[:, 0], of_orders, atol=5e-5)
+    rho = np.exp(-(place**2) / 2)
+    together = 2 / np.pi * (np.arcsin(1 - part + part * rho) - np.arcsin(part * rho)) - kept
+    found = np.delete(seen.both[-1] - seen.both[0], [1, 2], axis=1)  # but between the first two
+    there = -0.02 * place**2 * np.exp(-(place**2) / 8)
+    np.testing.assert_allclose(found, there[:, None] * together, atol=5e-5)
