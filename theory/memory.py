@@ -201,18 +201,12 @@ def seen_pairs(
     alike = float(transforms[3][0])
     log_first, step = np.log(field.distance[0]), np.log(field.distance[1] / field.distance[0])
 
-    def at(by_distance: Array, r: Array) -> Array:
-        with np.errstate(divide="ignore"):
-            index = np.clip((np.log(r) - log_first) / step, 0.0, len(by_distance) - 1.001)
+    def at(values: Array, r: Array) -> Array:
+        beyond = np.log(np.maximum(r, field.distance[0])) - log_first
+        index = np.minimum(beyond / step, values.shape[-1] - 1.001)
         left = index.astype(np.intp)
-        low = by_distance[left]
-        beyond = (index - left).reshape(*r.shape, *(1,) * (by_distance.ndim - 1))
-        values = low + beyond * (by_distance[left + 1] - low)
-        return np.ascontiguousarray(np.moveaxis(values, range(r.ndim), range(-r.ndim, 0)))
-
-    def by_distance(values: Array) -> Array:
-        """Return them with the distances first: what belongs to one lies together."""
-        return np.ascontiguousarray(np.moveaxis(values, -1, 0))
+        low = values[..., left]
+        return np.asarray(low + (index - left) * (values[..., left + 1] - low))
 
     def means(own: Correlations, other: Correlations) -> Array:
         return field.products.shared(own, other, part, alike)
@@ -223,18 +217,17 @@ def seen_pairs(
     other = np.moveaxis(means(nothing, alone) @ _ORDERS.T, -1, 0)
     points, weights = np.polynomial.legendre.leggauss(_ANGLES)
     cosine = np.cos(pi * (1 + points) / 2)
-    known_by_distance, other_by_distance = by_distance(known), by_distance(other)
-    here = directed_correlations(at(known_by_distance, place)[:, :, None], cosine)
-    mean_alone = at(by_distance(own), place)
+    here = directed_correlations(at(known, place)[:, :, None], cosine)
+    mean_alone = at(own, place)
     both = np.empty((len(PAIRS), place.size, place.size))
     for n, s in enumerate(place):
         apart = np.sqrt(place[:, None] ** 2 + s**2 + 2 * s * place[:, None] * cosine)
         turned = np.clip(
             (s + place[:, None] * cosine) / np.maximum(apart, 1e-3 * nearer[0]), -1.0, 1.0
         )
-        order = at(other_by_distance, apart)
+        order = at(other, apart)
         passing = order[0] + order[1] * turned + order[2] * (2 * turned**2 - 1)
-        joint = means(here, directed_correlations(at(known_by_distance, apart), turned)) - passing
+        joint = means(here, directed_correlations(at(known, apart), turned)) - passing
         both[..., n] = joint @ (weights / 2) - mean_alone
     start, second = both[..., :1], both[..., 1:2]
     between = start + (second - start) * (nearer / place[1])

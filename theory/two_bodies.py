@@ -50,8 +50,8 @@ from theory.memory import Memory, SeenPairs, memory_of
 from theory.skin import BodyLayers, Skin, ThermalBody, body_of
 
 _EXCHANGED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])  # bodies exchanged: ψ and χ change sign
-_MIRRORED = np.array([_EXCHANGED[i] * _EXCHANGED[j] for i, j in PAIRS])
-_MIRROR = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged
+_MIRROR = np.array([1.0, 1.0, 1.0, 1.0, -1.0, 1.0])  # places exchanged: χ does
+_I, _J = np.array(PAIRS).T
 _SHARES = 6
 # of the mean over σ of heat as σ̄, 0 in full contact: the least that counts of the one over σ̄ − σ, 0 where all has
 # yielded
@@ -158,7 +158,7 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
     memory = memory_of(spectrum, effective_modulus, pressure, penetration_hardness, part)
     time = (distance / velocity).ravel()
 
-    def heated(seen: SeenPairs, body: ThermalBody, sign: Array) -> tuple[Array, Array]:
+    def heated(seen: SeenPairs, body: ThermalBody, sign: Array | float) -> tuple[Array, Array]:
         """Return M_ij and the background of one body with all the heat at each age, K; (speeds, ages, …)."""
         kappa, diffusion, layers = body
         ages = time[:, None] * _AGES
@@ -170,13 +170,12 @@ def sliding_temperatures(  # noqa: PLR0913  (two bodies)
             warmed = np.array([[0.0, *uniform_rise(layers, diffusion, row[1:])] for row in ages])
         terms *= (heating / (kappa * pressure))[:, None, None]
         flash = np.zeros((*ages.shape, _SHARES, _SHARES))
-        for column, (i, j) in enumerate(PAIRS):
-            flash[:, 1:, j, i] = _MIRROR[i] * _MIRROR[j] * terms[..., column]
-            flash[:, 1:, i, j] = terms[..., column]
+        flash[:, 1:, _J, _I] = (_MIRROR[_I] * _MIRROR[_J]) * terms
+        flash[:, 1:, _I, _J] = terms
         return flash, pressure * (heating / kappa)[:, None] * warmed
 
-    hot, hot_background = heated(memory.moving, moving, _MIRRORED)
-    cold, cold_background = heated(memory.resting, resting, np.ones(len(PAIRS)))
+    hot, hot_background = heated(memory.moving, moving, _EXCHANGED[_I] * _EXCHANGED[_J])
+    cold, cold_background = heated(memory.resting, resting, 1.0)
     return _shared(hot, cold, hot_background, cold_background, velocity.shape)
 
 
@@ -231,14 +230,13 @@ def _pulses(values: Array, n: int) -> Array:
     """Return what the heat between two ages adds at the age n, for `values` of all the heat since the start."""
     ages = _AGES[1:]
     passed = _AGES[n] - _AGES[: n + 1]
-    with np.errstate(divide="ignore"):
-        index = np.log(passed / ages[0]) / np.log(ages[1] / ages[0])
-    left = np.clip(index, 0, ages.size - 2).astype(np.intp)
-    tail = (1,) * (values.ndim - 2)
-    between, root = (
-        x.reshape(-1, *tail) for x in (np.clip(index - left, 0.0, 1.0), np.sqrt(passed))
-    )
     # over √age they change slowly with ln age, and are constant at first
-    scaled = values[:, 1:] / np.sqrt(ages).reshape(-1, *tail)
-    seen = root * (scaled[:, left] + between * (scaled[:, left + 1] - scaled[:, left]))
+    index = np.log(np.maximum(passed / ages[0], 1.0)) / np.log(ages[1] / ages[0])
+    left = np.minimum(index, ages.size - 2).astype(np.intp)
+    between, root, first = (
+        x.reshape(-1, *(1,) * (values.ndim - 2))
+        for x in (np.minimum(index - left, 1.0), np.sqrt(passed), np.sqrt(ages))
+    )
+    scaled = values[:, 1:] / first
+    seen = root * (scaled[:, left] + between * np.diff(scaled, axis=1)[:, left])
     return np.asarray(seen[:, :-1] - seen[:, 1:])

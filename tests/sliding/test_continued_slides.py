@@ -37,7 +37,7 @@ def test_a_plan_follows_slides_once_around_their_cell():
         if r.quantity == "slid distance"
     )
     assert reason.value == "2 mm"
-    assert reason.text.endswith("; the theory continues it to 8 mm, within 3 %")
+    assert reason.text.endswith("; the theory continues it to 8 mm, within 2.5 %")
 
 
 @pytest.fixture(scope="module")

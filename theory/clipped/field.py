@@ -82,12 +82,18 @@ class ClippedField:
 
     def possible_correlation(self, furthest: float) -> Array:
         """Return the correlation of z at each `distance` without negative power; ρ fades beyond `furthest`, m."""
-        r = self.distance
-        _, lacking, total = self._waves(furthest, _HALF_BIAS[0])
-        added = scipy.fft.fht(lacking, log(r[1] / r[0]), 0.0, bias=_HALF_BIAS[1]) / r
-        near = int(np.searchsorted(r, _LINEAR * furthest))
-        added[:near] = added[near]
+        first, back = _HALF_BIAS
+        _, lacking, total = self._waves(furthest, first)
+        added = self._transform(lacking, 0, back, furthest)
         return np.asarray((self._faded(furthest) + added) / (1 + total))
+
+    def _transform(self, waves: Array, order: int, bias: float, furthest: float) -> Array:
+        """Return ∫ waves J(qr) dq of an order at each `distance`, below `_LINEAR` as its power of r."""
+        r = self.distance
+        scaled = scipy.fft.fht(waves, log(r[1] / r[0]), order, bias=bias) / r ** (1 + order)
+        near = int(np.searchsorted(r, _LINEAR * furthest))
+        scaled[:near] = scaled[near]
+        return np.asarray(scaled * r**order)
 
     def _faded(self, furthest: float) -> Array:
         return np.asarray(np.cos(self.angles()) * np.exp(-((self.distance / furthest) ** 4)))
@@ -111,29 +117,21 @@ class ClippedField:
         """Return N₁ and N₂ of the Riesz transform of z at each `distance`; ρ fades beyond `furthest`, m."""
         r = self.distance
         rho = self.possible_correlation(furthest)
-        step = log(r[1] / r[0])
         first, back = _RIESZ_BIAS
-        slope = scipy.fft.fht(self._waves(furthest, first)[0], step, 1.0, bias=back) / r**2  # N₁/r
-        near = int(np.searchsorted(r, _LINEAR * furthest))
-        slope[:near] = slope[near]
+        odd = self._transform(self._waves(furthest, first)[0], 1, back, furthest)
         # J₂(x) = 2 J₁(x)/x − J₀(x), so that N₂ + ρ is the mean of ρ over the disk of radius r
-        disk = 2 * step * (np.cumsum(rho * r**2) - rho * r**2 / 2) + r[0] ** 2
-        return slope * r, disk / r**2 - rho
+        disk = 2 * log(r[1] / r[0]) * (np.cumsum(rho * r**2) - rho * r**2 / 2) + r[0] ** 2
+        return odd, disk / r**2 - rho
 
     def half_potential(self, furthest: float) -> tuple[Array, Array, Array]:
         """Return K₀, K₁ and K₂ of the half-potential of z at each `distance`; ρ fades beyond `furthest`, m."""
-        r = self.distance
-        step = log(r[1] / r[0])
         first, back = _HALF_BIAS
-        root = np.sqrt(r[::-1])  # q^(−1/2)
+        root = np.sqrt(self.distance[::-1])  # q^(−1/2)
         spectrum = self._waves(furthest, first)[0] * root  # √q times the transform of ρ
-        height, turned = (
-            scipy.fft.fht(spectrum, step, order, bias=back) / r for order in (0.0, 1.0)
+        height, turned, own = (
+            self._transform(waves, order, back, furthest)
+            for waves, order in ((spectrum, 0), (spectrum, 1), (spectrum * root, 0))
         )
-        own = scipy.fft.fht(spectrum * root, step, 0.0, bias=back) / r
-        near = int(np.searchsorted(r, _LINEAR * furthest))
-        height[:near], own[:near] = height[near], own[near]
-        turned[:near] = turned[near] * r[:near] / r[near]
         unit = sqrt(own[0])  # the variance is 1
         return height / unit, turned / unit, own / unit**2
 
