@@ -9,10 +9,11 @@ others were seen while the form was chosen. `--draw` writes it again. reference/
 `--solve` slides what is not there yet, into reference/two_bodies_slides.json: a cell of 4 mm with the longest waves
 four times a side, and 256² points; 144² and 160² in the later parts, where C(q) ends sooner. Cells of 8 and 16 mm give
 the same. The last two parts, to nearly full contact and of both bodies, have 96² points: 4 or 6 pixels per shortest
-wave; 3 of A and of long ways in the first of them. Members are added, 2 to 12, until the standard error of T_flash is 0.8 % or they have taken 1000 steps. Means over the
-last half of the slid distance are compared with the theory at those very distances, for C(q) up to the q_max of the
-slide. The error of the pixel goes with its power 1 to 1.5: one slide with half the pixel, in the last list over one
-cell at most, shows it, and ln of the ratio is extrapolated with the mean of both powers.
+wave; 3 of A and of long ways in the first of them. Members are added, 2 to 12, until the standard error of T_flash is
+0.8 % or they have taken 1000 steps. Means over the last half of the slid distance are compared with the theory at those
+very distances, for C(q) up to the q_max of the slide. The error of the pixel goes with its power 1 to 1.5: one slide
+with half the pixel, in the last list over one cell at most, shows it, and ln of the ratio is extrapolated with the mean
+of both powers.
 """
 
 from __future__ import annotations
