@@ -122,7 +122,7 @@ def test_a_slide_is_continued_by_the_theory_at_both_distances():
         expected = np.divide(means[1], means[0])
         assert (np.abs(expected - 1.0) > 3e-4).all()
         assert [values[k] for values in found[:3]] == pytest.approx(expected, rel=1e-4)
-    assert found.error == pytest.approx([0.03, 0.03])
+    assert found.error == pytest.approx([0.025, 0.025])
 
 
 def test_twins_that_are_equally_rough_warm_as_the_root_of_the_distance():
