@@ -11,9 +11,10 @@ form. "band" was solved to set errors of the form, `estimate.contacts`, "judge" 
 
 `--solve` solves what is not there yet, into reference/reactions_solved.json: six surfaces, eight of "walk", with four
 longest waves a side and four pixels along the shortest wave, slide from rest over half of the cell. A cell of a light
-contact has some 70 spots, too few for its hottest hundredth, which is .2 T_flash too cold on average: "pooled" has 64
+contact has some 70 spots, too few for its hottest hundredth, which is .25 T_flash too cold on average: "pooled" has 64
 cells, and eight count as one contact. Quantiles are over T_flash. Rates are those of a contact at 700 K with T_flash =
 220 K, over the rate of the whole nominal area at T_flash.
+
 `--slide` slides two equally rough steels (two minutes), as `--evidence` does.
 """
 

@@ -22,7 +22,7 @@ _AT_ONE, _PER_E_FOLD, _UNCERTAINTIES = 0.17, 0.02, (0.06, 0.24)
 # is cold. It has no heat, which shows once the form is better known
 _SHIFTS = (1.4, 1.4, 1.4)
 # uncertainty of fields corrected at rest, at any speed, and their shifts: set in view of 68 drawn contacts, these
-# 42 and 26 more, so that no others have tested them
+# 42 and 26 more. It is wide: 28 others have 99 % of the quantiles and all rates within
 WALKED = 0.16, (0.0, 2.0, 0.5)
 SETTLED: Array = np.ones((3, 1))  # a law by which nothing follows the highest cut-off
 
