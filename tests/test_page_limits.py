@@ -44,7 +44,7 @@ STATED = [
     ("errors", "| the law | {0} % | {0} % | {0} % |", ["roughsim.estimate.limit:_OF_LAW * 100"]),
     ("errors", "with {} % of T_flash:", ["roughsim.estimate.limit:_OF_ELASTIC * 100"]),
     ("errors", "| 50 % | {0} % | {0} % |", ["roughsim.estimate.limit:OF_SHAPE * 100"]),
-    ("errors", "| 100 % | 50 % | {} % | With", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
+    ("errors", "| 100 % | 50 % | {} % | Areas", ["roughsim.estimate.limit:_OF_STEPS * 100"]),
     ("errors", "drawn to 1, and known to {}", ["roughsim.estimate.limit:_USUAL_SCATTER"]),
     (
         "errors",
