@@ -35,7 +35,7 @@ from roughsim.planning.plan import numerics_of
 from roughsim.planning.realization import below_problem, level_problem
 from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SAME, Numerics
-from roughsim.show.table import Column, Number, Row, Table, json_value
+from roughsim.show.table import Cell, Number, Table, json_value, table_of
 from roughsim.surface.synthesis import synthesize
 
 SEED = 21  # any number but the seed of the run: the bench has surfaces of its own
@@ -367,7 +367,7 @@ def in_pairs(points: Iterable[CostPoint]) -> list[CostPoint]:
 def bench_dict(points: list[CostPoint]) -> dict[str, Any]:
     """Return the points as JSON values, NaN as None; `front`: no point of the same chart beats it."""
     best = [point for group in panels(points).values() for point in front(group)]
-    return {"points": [json_value(point._asdict() | {"front": point in best}) for point in points]}
+    return {"points": json_value([point._asdict() | {"front": point in best} for point in points])}
 
 
 def bench_tables(points: list[CostPoint]) -> list[Table]:
@@ -375,17 +375,17 @@ def bench_tables(points: list[CostPoint]) -> list[Table]:
     tables = []
     for title, group in panels(points).items():
         best = front(group)
-        rows: list[Row] = [
-            (
-                *(Number(x, digits=2) for x in (point.error, point.seconds, point.pairs)),
-                point.method,
-                point.setting,
-                ", ".join(["front"] * (point in best) + ["plan"] * point.chosen),
-            )
+        rows: list[dict[str, Cell]] = [
+            {
+                "error": Number(point.error, digits=2),
+                "CPU s": Number(point.seconds, digits=2),
+                "FFT pairs": Number(point.pairs, digits=2),
+                "method": point.method,
+                "setting": point.setting,
+                "": ", ".join(["front"] * (point in best) + ["plan"] * point.chosen),
+            }
             for point in group
             if point in best or point.chosen or isnan(point.error)
         ]
-        columns = [Column(name, number=True) for name in ("error", "CPU s", "FFT pairs")]
-        columns += [Column(name) for name in ("method", "setting", "")]
-        tables.append(Table(columns, rows, title))
+        tables.append(table_of(rows, title, texts=("method", "setting", "")))
     return tables

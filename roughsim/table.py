@@ -1,4 +1,4 @@
-"""`Results`: every observable over named axes, with its error in parts. All outputs are views of it.
+"""`Estimate`: one observable over named axes, with its error in parts.
 
 The words are those of xarray: `dims`, `coords`, `sel`, `concat`. The axis "column" comes first and "speed" last;
 between them stand "energy", "temperature" or "direction", and the varied keys of a study. An observable that does not
@@ -7,7 +7,6 @@ depend on the speed has the one speed NaN, which files leave out.
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from math import degrees, isnan
 from operator import itemgetter
 from typing import Any
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from roughsim.grid import Array
 from roughsim.show.markup import in_notebook
-from roughsim.show.table import Column, Number, Row, Table, shown, with_unit
+from roughsim.show.table import Cell, Number, Table, shown, table_of, with_unit
 
 # SI units of the axes that are no varied keys of a study, but of energies, which are in eV
 AXES = {"column": "", "direction": "", "energy": "eV", "temperature": "K", "speed": "m/s"}
@@ -25,14 +24,6 @@ _PLACES = {"column": 0, "speed": 2}  # of axes in an array; 1 of all others
 _NO_SPEED = np.array([np.nan])
 IDENTITY, AT_CUT_OFF = "identity", "at q_c"  # marks of values, see `Estimate.note`
 _ARRAYS = "mean", "standard_error", "bias", "effective_n"
-_TAILS = {
-    "_part": "parts of the 95 % error; NaN: unknown, 0: absent",
-    "_total_error": "total error of the mean, 95 %: root of the squares of its known parts",
-    "_standard_error": "statistical standard error of the mean",
-    "_bias": "value at the finest level minus the mean",
-    "_note": "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
-}
-NO_XARRAY = "xarray is not installed; type: pip install 'roughsim[xarray]'"
 Labels = NDArray[Any]
 
 
@@ -179,29 +170,21 @@ class Estimate:
         alike = "speed" in self.dims and bool(np.isnan(self.coords["speed"]).all())
         return self.sel(speed=np.nan) if alike else self
 
-    def by_direction(self, directions: Sequence[float]) -> "Estimate":
+    def by_direction(self, directions: Sequence[float], *, alike: bool = False) -> "Estimate":
         """Return the estimate with the axis speed, which has all speeds in each direction, as two axes.
 
-        `directions` are in radians. What does not depend on the speed is unchanged; so is all without directions.
+        `directions` are in radians. With `alike` the speeds are there once, and their values are of all directions.
+        What does not depend on the speed is unchanged; so is all without directions.
         """
-        speed = self.coords.get("speed", _NO_SPEED)
-        if not len(directions) or "direction" in self.dims or np.isnan(speed).any():
+        speed, many = self.coords.get("speed", _NO_SPEED), len(directions)
+        if not many or "direction" in self.dims or np.isnan(speed).any():
             return self
         coords = {dim: labels for dim, labels in self.coords.items() if dim != "speed"}
         coords["direction"] = np.array(directions)
-        coords["speed"] = speed[: speed.size // len(directions)]
+        coords["speed"] = speed if alike else speed[: speed.size // many]
         shape = [len(labels) for labels in coords.values()]
-        return self._mapped(lambda values: np.reshape(values, shape), coords)
-
-    def alike_in(self, directions: Sequence[float]) -> "Estimate":
-        """Return the estimate over the `directions` too, radians, if it depends on the speed but not on them."""
-        if not len(directions) or "direction" in self.dims or np.isnan(self.coords["speed"]).any():
-            return self
-        coords = {dim: labels for dim, labels in self.coords.items() if dim != "speed"}
-        coords |= {"direction": np.array(directions), "speed": self.coords["speed"]}
-        return self._mapped(
-            lambda values: np.repeat(values[..., None, :], len(directions), -2), coords
-        )
+        copies = many if alike else 1
+        return self._mapped(lambda values: np.tile(values, copies).reshape(shape), coords)
 
     def times(self, factor: Array | float) -> "Estimate":
         """Return the estimate of a product with an exact factor, such as a share of the heat."""
@@ -248,34 +231,30 @@ class Estimate:
         error = float(self.total_error[place]) if self.stated[place] else 0.0
         return Number(float(self.mean[place]), self.unit, error, self.unknown_at(*place))
 
-    def parts(
-        self, place: int | tuple[int, ...], names: Iterable[str] | None = None
-    ) -> list[Number]:
-        """Return the parts of the error at `place`, and the value at the finest level minus the mean, for tables.
+    def row(self, place: tuple[int, ...], parts: Iterable[str]) -> dict[str, Cell]:
+        """Return the entry of indices `place` as a row of a table, by titles: its `heads`, its number, and its error.
 
-        `names` are the columns of the table; a part that `budget` lacks is zero. Default: the names of `budget`.
+        The error is in the named `parts`, of which one that `budget` lacks is zero; the value at the finest level minus
+        the mean stands beside them.
         """
         nothing = np.zeros_like(self.mean)
-        errors = [float(self.budget.get(name, nothing)[place]) for name in names or self.budget]
-        errors.append(float(self.bias[place]))
-        return [Number(error, self.unit, digits=2) for error in errors]
+        errors = {name: self.budget.get(name, nothing) for name in parts}
+        errors["finest − mean"] = self.bias
+        row = self.heads(place) | {"mean ± total error": self.number(*place)}
+        return row | {
+            name: Number(float(each[place]), self.unit, digits=2) for name, each in errors.items()
+        }
 
-    def heads(self, place: tuple[int, ...]) -> dict[str, str]:
+    def heads(self, place: tuple[int, ...]) -> dict[str, Cell]:
         """Return direction and speed of the entry of indices `place` as `heads_of`."""
         return heads_of(self.labels(place))
 
     def table(self) -> Table:
         """Return the mean with its total error and the parts of the error, a row per speed."""
-        places = [*np.ndindex(self.mean.shape)]
-        titles = [*self.heads(places[0]), "mean ± total error", *self.budget, "finest − mean"]
-        rows: list[Row] = [
-            [*self.heads(place).values(), self.number(*place), *self.parts(place)]
-            for place in places
-        ]
-        columns = [Column(title, number=True) for title in titles]
+        rows = [self.row(place, self.budget) for place in np.ndindex(self.mean.shape)]
         title = f"{with_unit(self.observable, self.unit)}: {self.n} realizations"
         sources = (f"{name}: {self.sources[name]}" for name in self.budget)
-        return Table(columns, rows, title, (*self.notes, *sources))
+        return table_of(rows, title, (*self.notes, *sources))
 
     def __repr__(self) -> str:
         means = ", ".join(str(self.number(*place)) for place in np.ndindex(self.mean.shape))
@@ -315,13 +294,13 @@ class Estimate:
         return "\n".join([f"{self.observable}:", *lines, *self.notes, *sources, *missing])
 
 
-def heads_of(labels: Mapping[str, Any]) -> dict[str, str]:
+def heads_of(labels: Mapping[str, Any]) -> dict[str, Cell]:
     """Return the direction, radians, and the speed among some labels, in words by the titles of their columns.
 
     None where nothing depends on them; directions of a pressed map have names, and stand elsewhere.
     """
     direction, speed = labels.get("direction"), labels.get("speed")
-    heads = {}
+    heads: dict[str, Cell] = {}
     if isinstance(direction, float):
         heads["direction, °"] = f"{degrees(direction):.4g}"
     if speed is not None:
@@ -397,89 +376,3 @@ def _places(labels: Labels, wanted: Iterable[Any]) -> NDArray[np.intp]:
 def _plain(label: Any) -> Any:
     """Return a label, and None in place of NaN."""
     return None if isinstance(label, float) and isnan(label) else label
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Results(Mapping[str, Estimate]):
-    """The estimates of observables by name, over named axes; immutable.
-
-    Attributes
-    ----------
-    estimates : mapping of str to Estimate
-        By the names of the observables.
-    attrs : mapping
-        Scene, numerics, seed and versions, as texts or numbers.
-    about : mapping of str to mapping
-        Attributes of axes, such as their units, in place of those of `AXES`.
-    along : mapping of str to (str, ndarray)
-        Further labels along an axis, with its name: keys that vary together, or angles of directions.
-    """
-
-    estimates: Mapping[str, Estimate]
-    attrs: Mapping[str, Any] = field(default_factory=dict)
-    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    along: Mapping[str, tuple[str, Labels]] = field(default_factory=dict)
-
-    def __getitem__(self, name: str) -> Estimate:
-        return self.estimates[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.estimates)
-
-    def __len__(self) -> int:
-        return len(self.estimates)
-
-    def sel(self, **labels: Any) -> "Results":
-        """Return the entries at labels of axes, as `Estimate.sel` of each observable."""
-        chosen = {name: estimate.sel(**labels) for name, estimate in self.items()}
-        return replace(self, estimates=chosen)
-
-    def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield the tidy table: the rows of each observable after one another, in SI."""
-        for estimate in self.values():
-            yield from estimate.rows()
-
-    def arrays(self) -> Iterator[tuple[str, tuple[str, ...], Labels, dict[str, str]]]:
-        """Yield the axes, then the arrays of each observable: name, names of its axes, data and attributes.
-
-        NAME_part has the parts of the 95 % error of NAME over the axis "part" and the axes of NAME, NAME_total_error
-        their root of squares, NAME_standard_error the statistical error of the mean, and NAME_bias the value at the
-        finest level minus the mean. NAME_note marks entries that are not extrapolated or fixed by force balance.
-        """
-        flat = {name: one.without_no_speed() for name, one in self.items()}
-        parts = list(dict.fromkeys(part for one in flat.values() for part in one.budget))
-        axes = {"part": np.array(parts)}
-        for one in flat.values():
-            axes |= one.coords
-        for name, labels in axes.items():
-            of_axis = {"units": AXES[name]} if AXES.get(name) else {}
-            attributes = self.about.get(name, of_axis)
-            yield name, (name,), labels, dict(attributes)
-        for name, (axis, labels) in self.along.items():
-            yield name, (axis,), labels, dict(self.about.get(name, {}))
-        for name, one in flat.items():
-            unit = {"units": one.unit}
-            nothing = np.where(one.stated, 0.0, np.nan)
-            beside = {
-                "_part": [one.budget.get(part, nothing) for part in parts],
-                "_total_error": one.total_error,
-                "_standard_error": one.standard_error,
-                "_bias": one.bias,
-            }
-            tails = " ".join(name + tail for tail in (*beside, "_note"))
-            yield name, one.dims, one.mean, unit | {"ancillary_variables": tails}
-            for tail, values in beside.items():
-                dims = ("part", *one.dims) if tail == "_part" else one.dims
-                yield name + tail, dims, np.array(values), unit | {"description": _TAILS[tail]}
-            yield name + "_note", one.dims, one.note.astype(str), {"description": _TAILS["_note"]}
-
-    def to_xarray(self) -> Any:
-        """Return all `arrays` as an `xarray.Dataset`; ImportError without xarray."""
-        try:
-            xarray = import_module("xarray")
-        except ImportError:
-            raise ImportError(NO_XARRAY) from None
-        arrays = {name: tuple(array) for name, *array in self.arrays()}
-        axes = {name for name, (dims, *_) in arrays.items() if dims == (name,)} | {*self.along}
-        variables = {name: array for name, array in arrays.items() if name not in axes}
-        return xarray.Dataset(variables, {name: arrays[name] for name in axes}, dict(self.attrs))

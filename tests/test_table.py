@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.table import Estimate, Results, concat
+from roughsim.results.table import Results
+from roughsim.table import Estimate, concat
 
 NAN = np.nan
 SPEEDS = [1.0, 35.0]

@@ -24,9 +24,10 @@ from roughsim.grid import Array
 from roughsim.observables.distribution import LEVELS
 from roughsim.results import columns, theories
 from roughsim.results.run import Run
+from roughsim.results.table import Results
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.table import with_unit
-from roughsim.table import Estimate, Results, concat
+from roughsim.table import Estimate, concat
 
 HOTTER, WARM, RATES = "hotter", ACTIVATION, RATE  # panels
 _LABELS = {"energy": "{:.3g} eV", "temperature": "{:g} K"}

@@ -6,7 +6,7 @@ theory and elastic. `theory` is over the whole spectrum; the ratio to the theory
 the modes of the simulation.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import degrees, isfinite
@@ -31,6 +31,7 @@ from roughsim.results.columns import SAME_MODES, UP_TO_CUT_OFF, columns_of, fine
 from roughsim.results.folder import left_out, open_run
 from roughsim.results.row import NOTICED, Row, rows_of
 from roughsim.results.run import Run
+from roughsim.results.table import Results
 from roughsim.results.theories import (
     CALIBRATED,
     CONTACT_TEMPERATURE,
@@ -42,10 +43,9 @@ from roughsim.results.theories import (
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
-from roughsim.show.table import Cell, Column, Number, Table, json_value, with_unit
-from roughsim.show.table import Row as Cells
+from roughsim.show.table import Cell, Number, Table, json_value, table_of, with_unit
 from roughsim.show.text import marked
-from roughsim.table import Estimate, Results, marks_in_words
+from roughsim.table import Estimate, marks_in_words
 
 # what each ratio tests
 TESTS = {
@@ -173,15 +173,49 @@ class Comparison:
 
     def table(self) -> Table:
         """Return the table of all observables, columns and ratios, as `compare --all` prints it."""
-        return comparison_table(self)
+        rows = []
+        for row in self.rows:
+            cells = {"observable": with_unit(row.title, row.unit)} | row.heads | numbers_of(row)
+            if SLIDING in row.columns:
+                cells[OF_SLIDING] = Number(row.theories[SLIDING_CALIBRATED], row.unit)
+            ratios = {name: replace(ratio, unit="1").number() for name, ratio in row.ratios.items()}
+            rows.append(cells | ratios | {"note": row.note})
+        notes, title = [*meanings(self), *self.notes()], _title(self.run)
+        return table_of(rows, title, notes, names=("observable",), texts=("note",))
 
     def summary(self) -> Table:
         """Return the table of T_flash that `compare` prints, or all of a pressed map and its directions."""
-        if not self.run.drawn:
+        run = self.run
+        if not run.drawn:
             return self.table()
-        return summary_table(
-            self, list(rows_of({FLASH: self.flash}))
-        )  # others take ten times as long
+        rows = list(rows_of({FLASH: self.flash}))  # others take ten times as long
+        cells = [row.heads | numbers_of(row) for row in rows]
+        fastest = max(rows, key=lambda row: row.speed or 0.0)
+        ratios = [
+            f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: "
+            f"{replace(ratio, unit='1').number()}, {TESTS[name]}."
+            for name, ratio in fastest.ratios.items()
+            if isfinite(ratio.mean)
+        ]
+        unknown = dict.fromkeys(part for row in rows for part in row.unknown)
+        modes = (
+            f" {_SAME_MODES}"
+            if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
+            else ""
+        )
+        simulated = dict.fromkeys((run.numerics.columns[-1], run.simulated_columns[-1]))
+        ratios += pictured(run.scene, self.columns, *simulated)
+        notes = [
+            *ratios,
+            f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}.",
+        ]
+        notes += map(str, self.judged.of_run)
+        notes += [*marks_in_words(unknown, {row.note for row in rows}), *left_out(run)]
+        warnings = self.judged.warnings
+        notes += marked(warnings[:_MOST_WARNINGS])
+        if more := len(warnings[_MOST_WARNINGS:]):
+            notes.append(f"{more} more warnings by --all.")
+        return table_of(cells, f"{_title(run)}; {with_unit(FLASH, 'K')}", notes)
 
     def asked(self) -> Table | None:
         """Return the table of what the scene asks for beside T_flash, as `compare` prints it; None if nothing.
@@ -262,74 +296,19 @@ def compare(run: Run | str | Path) -> Comparison:
     return Comparison(run, columns, results_of(run, (FLASH,), functions=columns)[FLASH])
 
 
-def numbers_of(row: Row, columns: Iterable[str]) -> Iterator[Cell]:
-    """Yield the values of a row by all theories and in the named columns, for a table; empty where it has none."""
-    for name in THEORIES:
-        yield Number(row.theories[name], row.unit)
-    for name in columns:
-        one = row.columns.get(name)
-        if one is None:
-            yield ""
-        else:  # a simulated value without a known error, as of a single map, says so
-            yield Number(float(one.mean), one.unit, float(one.total_error), one.unknown)
+def numbers_of(row: Row) -> dict[str, Cell]:
+    """Return the values of a row by all theories and in its simulated columns, by their names, for a table."""
+    numbers: dict[str, Cell] = {name: Number(row.theories[name], row.unit) for name in THEORIES}
+    for name, one in row.columns.items():
+        # a simulated value without a known error, as of a single map, says so
+        numbers[name] = Number(float(one.mean), one.unit, float(one.total_error), one.unknown)
+    return numbers
 
 
-def summary_table(comparison: Comparison, rows: Sequence[Row]) -> Table:
-    """Return the rows of T_flash by its columns, with the ratios at the highest speed below."""
-    run, heads = comparison.run, rows[0].heads
-    columns = [Column(name, number=True) for name in (*heads, *THEORIES, *rows[0].columns)]
-    cells: list[Cells] = [(*row.heads.values(), *numbers_of(row, row.columns)) for row in rows]
-    fastest = max(rows, key=lambda row: row.speed or 0.0)
-    ratios = [
-        f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: "
-        f"{replace(ratio, unit='1').number()}, {TESTS[name]}."
-        for name, ratio in fastest.ratios.items()
-        if isfinite(ratio.mean)
-    ]
-    unknown = dict.fromkeys(part for row in rows for part in row.unknown)
-    modes = (
-        f" {_SAME_MODES}"
-        if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
-        else ""
-    )
-    simulated = dict.fromkeys((run.numerics.columns[-1], run.simulated_columns[-1]))
-    ratios += pictured(run.scene, comparison.columns, *simulated)
-    notes = [*ratios, f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}."]
-    notes += map(str, comparison.judged.of_run)
-    notes += [*marks_in_words(list(unknown), {row.note for row in rows}), *left_out(run)]
-    warnings = comparison.judged.warnings
-    notes += marked(warnings[:_MOST_WARNINGS])
-    if more := len(warnings[_MOST_WARNINGS:]):
-        notes.append(f"{more} more warnings by --all.")
-    title = f"{run.scene.title}: {_count(run)}" if run.scene.title else _count(run)
-    return Table(columns, cells, f"{title}; {with_unit(FLASH, 'K')}", notes, len(heads))
-
-
-def _count(run: Run) -> str:
-    """Return the number of realizations in words."""
-    return run.extent + (f", {run.failed} failed and left out" if run.failed else "")
-
-
-def comparison_table(comparison: Comparison) -> Table:
-    """Return the comparison, a row per observable and speed."""
-    first, run, title = comparison.rows[0], comparison.run, comparison.run.scene.title
-    beside = [OF_SLIDING] if SLIDING in first.columns else []
-    titles = (*first.heads, *THEORIES, *first.columns, *beside, *first.ratios)
-    columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
-    rows: list[Cells] = [
-        (
-            with_unit(row.title, row.unit),
-            *(row.heads.get(title, "") for title in first.heads),
-            *numbers_of(row, row.columns),
-            *(Number(row.theories[SLIDING_CALIBRATED], row.unit) for _ in beside),
-            *(replace(ratio, unit="1").number() for ratio in row.ratios.values()),
-            row.note,
-        )
-        for row in comparison.rows
-    ]
-    title = f"{title}: {_count(run)}" if title else _count(run)
-    notes = [*meanings(comparison), *comparison.notes()]
-    return Table([*columns, Column("note")], rows, title, notes, 1 + len(first.heads))
+def _title(run: Run) -> str:
+    """Return the title of the scene, if it has one, and the number of realizations in words."""
+    count = run.extent + (f", {run.failed} failed and left out" if run.failed else "")
+    return f"{run.scene.title}: {count}" if run.scene.title else count
 
 
 def _meanings_of_directions(run: Run) -> Iterator[str]:

@@ -10,11 +10,10 @@ from roughsim.comparison.compare import Comparison, numbers_of
 from roughsim.estimate.levels import FLASH
 from roughsim.results.folder import left_out
 from roughsim.results.row import Row
-from roughsim.results.theories import THEORIES
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import of_several
-from roughsim.show.table import Column, Table, with_unit
+from roughsim.show.table import Table, table_of, with_unit
 from roughsim.show.text import marked
 from roughsim.table import marks_in_words
 
@@ -65,40 +64,35 @@ class Comparisons:
 
     def table(self, observables: Sequence[str] | None = (FLASH,)) -> Table:
         """Return observables of all runs, a row for each speed and run; None: all observables."""
-        all_rows = [row for one in self.comparisons for row in one.rows]
-        shown = [row for row in all_rows if observables is None or row.observable in observables]
-        chosen = list(dict.fromkeys(row.title for row in shown))
-        columns = list(
-            dict.fromkeys(name for one in self.comparisons for name in one.rows[0].columns)
-        )
-        titles = [Column("observable", name=True)] if len(chosen) > 1 else []
-        heads = {"speed, m/s", *(title for row in shown for title in row.heads)}
-        turned = sorted(heads, reverse=True)  # direction after speed
-        titles += [Column(title, name=True) for title in (*turned, "run")]
-        titles += [Column(title, number=True) for title in (*THEORIES, *columns)]
-        rows = []
-        for name in chosen:
-            for label, row in self._rows_of(name):
-                head = [with_unit(name, row.unit)] if len(chosen) > 1 else []
-                places = (row.heads.get(each, "") for each in turned)
-                rows.append([*head, *places, label, *numbers_of(row, columns)])
-        title = with_unit(chosen[0], *{row.unit for row in shown}) if len(chosen) == 1 else ""
-        return Table(titles, rows, title, self._notes(shown), sum(c.name for c in titles))
+        shown = [
+            (label, row)
+            for label, one in self._labelled
+            for row in one.rows
+            if observables is None or row.observable in observables
+        ]
+        chosen = list(dict.fromkeys(row.title for _, row in shown))
+        titles = {"speed, m/s", *(title for _, row in shown for title in row.heads)}
+        turned = sorted(titles, reverse=True)  # direction after speed
 
-    def _rows_of(self, title: str) -> list[tuple[str, Row]]:
-        """Return the rows of an observable with the labels of their runs, by speed, then by direction."""
-        rows = [(label, row) for label, one in self._labelled for row in one.rows]
-        own = [(label, row) for label, row in rows if row.title == title]
-        return sorted(
-            own, key=lambda each: (each[1].speed or 0.0, each[1].about.get("direction", -inf))
-        )
+        def order(each: tuple[str, Row]) -> tuple[float, ...]:
+            row = each[1]
+            return chosen.index(row.title), row.speed or 0.0, row.about.get("direction", -inf)
+
+        rows = []
+        for label, row in sorted(shown, key=order):
+            cells = {"observable": with_unit(row.title, row.unit)} if len(chosen) > 1 else {}
+            heads = {title: row.heads.get(title, "") for title in turned}
+            rows.append(cells | heads | {"run": label} | numbers_of(row))
+        title = with_unit(chosen[0], shown[0][1].unit) if len(chosen) == 1 else ""
+        notes = self._notes([row for _, row in shown])
+        return table_of(rows, title, notes, names=("observable", *turned, "run"))
 
     def _notes(self, rows: Sequence[Row]) -> list[str]:
         """Return the sentences below the table of some rows."""
         unknown = dict.fromkeys(part for row in rows for part in row.unknown)
         notes = [
             "± total error, 95 %; each with the heat share of its run.",
-            *marks_in_words(list(unknown), set()),
+            *marks_in_words(unknown, ()),
         ]
         for label, one in self._labelled:
             notes += [f"{label}: {line}" for line in left_out(one.run)]

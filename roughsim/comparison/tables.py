@@ -26,7 +26,7 @@ from roughsim.results.theories import (
 )
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SLIDING
-from roughsim.show.table import Column, Number, Row, Table, json_value, with_unit
+from roughsim.show.table import Cell, Column, Number, Table, json_value, table_of, with_unit
 from roughsim.table import Estimate, heads_of
 
 _CORRELATION_POINTS = 65
@@ -172,11 +172,11 @@ def theory_table(scene: Scene) -> Table:
         columns["T_flash sliding, K"] = _numbers(slid.flash_temperature, "K")
         columns["share sliding"] = _numbers(slid.heat_partition)
         notes.append(sliding_note(scene))
-    heads = [heads_of(at) for at in scene.cases]
-    titles = [Column(title, number=True) for title in (*heads[0], *columns)]
-    numbers = zip(*columns.values(), strict=True)
-    rows = [(*at.values(), *row) for at, row in zip(heads, numbers, strict=True)]
-    return Table(titles, rows, scene.title, notes, len(heads[0]))
+    rows = [
+        heads_of(at) | {title: numbers[k] for title, numbers in columns.items()}
+        for k, at in enumerate(scene.cases)
+    ]
+    return table_of(rows, scene.title, notes)
 
 
 def asked_of_scene(scene: Scene, targets: Iterable[str] = ()) -> list[str]:
@@ -194,16 +194,15 @@ def asked_table(scene: Scene, results: Mapping[str, Estimate]) -> Table:
         rows = [row for row in rows if row.speed in (None, fastest)]
     heads = [] if many else list(dict.fromkeys(title for row in rows for title in row.heads))
     names = next(iter(results.values())).coords["column"].tolist()
-    cells: list[Row] = []
+    cells = []
     for row in rows:
-        places = (row.heads.get(title, "") for title in heads)
+        places = {title: row.heads.get(title, "") for title in heads}
         speed = np.nan if row.speed is None else row.speed
         here = results[row.observable].sel(**row.about, speed=speed)
-        numbers = (here.sel(column=name).number() for name in names)
-        cells.append([with_unit(row.title, row.unit), *places, *numbers])
-    columns = [Column("observable", name=True)]
-    columns += [Column(name, number=True) for name in (*heads, *names)]
-    return Table(columns, cells, f"at {fastest:g} m/s" * many, (), 1 + len(heads))
+        numbers: dict[str, Cell] = {name: here.sel(column=name).number() for name in names}
+        cells.append({"observable": with_unit(row.title, row.unit)} | places | numbers)
+    title = f"at {fastest:g} m/s" * many
+    return table_of(cells, title, names=("observable",))
 
 
 def _numbers(values: Array, unit: str = "1") -> list[Number]:
@@ -246,7 +245,7 @@ def trust_table(known: Trust) -> Table:
     speeds = sorted({j.speed for j in known.judgements if j.speed is not None})
     places: list[float | None] = [*speeds] or [None]
     names = observables_of()
-    rows: list[Row] = [[name, *_errors_at(known, name, places)] for name in names]
+    rows = [[name, *_errors_at(known, name, places)] for name in names]
     notes = [
         f"high, low: of the theory against {known.against}.",
         *(f"{speed:g} m/s: not known, {reason}." for speed, reason in known.off),
@@ -282,21 +281,18 @@ def budget_table(
     parts = list(
         dict.fromkeys(part for part in SOURCES for estimate in estimates if part in estimate.budget)
     )
-    heads = estimates[0].heads((0,) * estimates[0].mean.ndim)
-    titles = (*heads, "mean ± total error", *parts, "finest − mean")
-    rows: list[Row] = []
+    # of all observables: the first may not depend on the speed
+    heads = [title for one in estimates for title in one.heads((0,) * one.mean.ndim)]
+    rows: list[dict[str, Cell]] = []
     for estimate in estimates:
         name = with_unit(estimate.observable, estimate.unit)
         for place in np.ndindex(estimate.mean.shape):
-            own = estimate.heads(place)
-            if own and speeds is not None and place[-1] not in speeds:
-                continue
-            at = (own.get(title, "") for title in heads)
-            rows.append([name, *at, estimate.number(*place), *estimate.parts(place, parts)])
+            if speeds is None or place[-1] in speeds or not estimate.heads(place):
+                row = dict.fromkeys(heads, "") | estimate.row(place, parts)
+                rows.append({"observable": name, **row})
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
         "≥ if one of them is unknown, as no level of the run shows it (–).",
         "finest − mean: the value at the finest level minus the mean.",
     ]
-    columns = [Column("observable", name=True), *(Column(title, number=True) for title in titles)]
-    return Table(columns, rows, f"{column} contact", notes, 1 + len(heads))
+    return table_of(rows, f"{column} contact", notes, names=("observable",))

@@ -27,7 +27,7 @@ from roughsim.scene import Scene, SceneLike, as_scene
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import warn_of
-from roughsim.show.table import Column, Number, Row, Table, with_unit
+from roughsim.show.table import Number, Table, table_of, with_unit
 from roughsim.show.text import marked
 from roughsim.table import heads_of
 
@@ -111,17 +111,14 @@ class Theory:
         if law.stress_spectrum is not None:
             kelvin["calibrated, K"] = self.calibrated, law.errors["flash_temperature"]
         kelvin["theory, K"] = self.flash_temperature, 0.0 if kelvin else nan
-        titles = [*kelvin, with_unit("D_flash", "m"), "share"]
-        rows: list[Row] = []
-        heads = [heads_of(at) for at in scene.cases]
-        widths, shares = self.flash_width.ravel(), self.heat_partition.ravel()
+        rows = []
         for k in np.argsort(-np.array(scene.speeds), kind="stable"):
-            flash = [
-                Number(values.flat[k], "K", error * values.flat[k], ("unknown",) * isnan(error))
-                for values, error in kelvin.values()
-            ]
-            others = Number(widths[k], "m"), Number(shares[k])
-            rows.append([*heads[k].values(), *flash, *others])
+            row = heads_of(scene.cases[k])
+            for name, (values, error) in kelvin.items():
+                value, unknown = values.flat[k], ("unknown",) * isnan(error)
+                row[name] = Number(value, "K", error * value, unknown)
+            row[with_unit("D_flash", "m")] = Number(self.flash_width.flat[k], "m")
+            rows.append(row | {"share": Number(self.heat_partition.flat[k])})
         areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"
         notes = [
             f"T_flash above the background; contact on {areas}.",
@@ -130,8 +127,7 @@ class Theory:
         if asked := asked_of_scene(scene):
             notes.append(f"By --all: {', '.join(asked)}.")
         notes[1:1] = pictured(scene, theory_columns(scene))
-        columns = [Column(title, number=True) for title in (*heads[0], *titles)]
-        return Table(columns, rows, scene.title, notes, len(heads[0]))
+        return table_of(rows, scene.title, notes)
 
     def asked(self) -> Table | None:
         """Return reactions and quantiles that the scene asks for, by the calibrated law; None if nothing."""

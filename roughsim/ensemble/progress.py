@@ -3,6 +3,7 @@
 import time
 from contextlib import AbstractContextManager, suppress
 from datetime import timedelta
+from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
@@ -15,6 +16,7 @@ from roughsim.results.run import Run
 from roughsim.show.text import clock, plain_lines, tell
 
 SILENCE = 2.0  # s until a first line without a terminal; each further silence is twice as long, up to _LONGEST
+LINES = 5  # of a study, printed at most without a terminal
 _LONGEST = 60.0  # s: a run of a day writes 1,440 lines
 
 
@@ -92,6 +94,23 @@ class Progress(AbstractContextManager["Progress"]):
             if time.monotonic() >= self._told + self._silence:
                 self._tell()
                 self._silence = min(2.0 * self._silence, _LONGEST)
+
+
+class StudyProgress(Progress):
+    """Progress over the points of a study: the finished ones, and the current one."""
+
+    def __init__(self, points: int):
+        super().__init__(f"planning {points} points")
+        self._points = points
+        self._shares: dict[Path, float] = {}  # finished share of the work of each point
+
+    def update(self, run: Run) -> None:
+        """Show the number of finished points, and the current one."""
+        share = min(len(run.members) / max(sum(run.needed), 1), 0.99)
+        self._shares[run.folder] = 1.0 if run.finished else share
+        finished = sum(share == 1.0 for share in self._shares.values())
+        text = f"{finished} of {self._points} points finished; {run.realizations} realizations in {run.folder.name}"
+        self.show(text, sum(self._shares.values()) / self._points, finished * LINES // self._points)
 
 
 def progress_text(run: Run) -> str:

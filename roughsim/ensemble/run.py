@@ -132,7 +132,7 @@ def run(  # noqa: PLR0913  (each is an option)
     folder = Path(folder)
     with allowed, shown(progress and observer is None, "planning") as bar:
         if numerics is not None:  # before a folder is made
-            check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
+            check_levels(scene, numerics.levels)
             if folder_state(folder) == "free":
                 allowed.fit(*largest_member(scene, numerics), numerics.threads)
         numerics = begin(scene, folder, numerics)

@@ -85,15 +85,19 @@ class Tasks:
     _jobs: dict[tuple[int, int], Job] = field(
         default_factory=dict
     )  # by run and level: 1 ms each, a tenth of a member
-    _savers: list[Saver] = field(init=False)  # of the runs
+    _savers: list[Saver] = field(default_factory=list)  # of the runs
     _seconds: list[float] = field(init=False)  # modelled, of a member of each level
+    _pending: dict[Future[Found], Assignment] = field(default_factory=dict)  # that workers compute
     _held: set[str] = field(default_factory=set)  # claims
     _handed: dict[tuple[int, int], str] = field(default_factory=dict)  # members in work → claims
     _saved: float = field(default_factory=time.monotonic)  # time of the last save
     _pause: float = INTERVAL  # s until the next one
 
     def __post_init__(self) -> None:
-        self._savers = [saver_of(run, self.claims.name) for run in self.runs]
+        for run in self.runs:
+            run.members.owner = self.claims.name  # members that this process does not read
+            saver = Saver(run.folder.absolute(), self.claims.name, run.members.of_run)
+            self._savers.append(saver)
         numerics = self.runs[0].numerics
         self._seconds = [
             WORK_SECONDS * work(numerics, level) for level in range(len(numerics.levels))
@@ -126,14 +130,14 @@ class Tasks:
 
     def _work(self, workers: Workers) -> None:
         """Keep an executor busy until all runs have ended."""
-        pending: dict[Future[Found], Assignment] = {}
+        pending = self._pending
         try:
             while self.unfinished:
                 if (
                     workers.interrupted
                 ):  # Python has dropped the exception, as in the callback of a weak reference
                     raise KeyboardInterrupt
-                self._hand_out(workers, pending)
+                self._hand_out(workers)
                 wait(pending, timeout=PAUSE, return_when=FIRST_COMPLETED)
                 done = [
                     future for future in pending if future.done()
@@ -154,6 +158,7 @@ class Tasks:
         finally:
             for future in pending:
                 future.cancel()
+            pending.clear()
             self._handed.clear()
             try:
                 self._save()
@@ -161,31 +166,29 @@ class Tasks:
                 self._held.clear()
                 self.claims.release_all()
 
-    def _hand_out(self, workers: Workers, pending: dict[Future[Found], Assignment]) -> None:
+    def _hand_out(self, workers: Workers) -> None:
         """Submit as many batches as the workers take; then compute one here, if this process helps them."""
-        if not self._fit(workers, busy=bool(pending)):
+        if not self._fit(workers):
             return
         executor = workers.executor(lambda: sum(expected_seconds(run) for run in self.unfinished))
-        while len(pending) < workers.in_flight:
-            if not self._submit(executor, pending, idle=len(pending) < workers.others):
+        while len(self._pending) < workers.in_flight:
+            if not self._submit(executor, idle=len(self._pending) < workers.others):
                 break
         if workers.helps:
-            self._submit(SerialExecutor(), pending, idle=True)
+            self._submit(SerialExecutor(), idle=True)
 
-    def _submit(
-        self, executor: Executor, pending: dict[Future[Found], Assignment], *, idle: bool
-    ) -> bool:
+    def _submit(self, executor: Executor, *, idle: bool) -> bool:
         """Submit a batch, if there is one."""
         assignment = self._next(idle=idle)
         if assignment is None:
             return False
         self._save_if_due(self._seconds[assignment.level] * len(assignment.wanted))
         future = _submitted(executor, self._jobs_of(assignment), assignment.wanted)
-        pending[future] = assignment
+        self._pending[future] = assignment
         return True
 
-    def _fit(self, workers: Workers, *, busy: bool) -> bool:
-        """Fit the workers into memory with the levels of the round; False if `busy` ones must end first.
+    def _fit(self, workers: Workers) -> bool:
+        """Fit the workers into memory with the levels of the round; False if busy ones must end first.
 
         Levels of later rounds are not asked for: a run may end before. ResolutionError if a level does not fit.
         """
@@ -207,7 +210,7 @@ class Tasks:
                 part,
                 max(run.numerics.threads for run in self.unfinished),
                 seconds=max(self._seconds[level] for level in levels),
-                busy=busy,
+                busy=bool(self._pending),
             )
         except ResolutionError as error:
             raise ResolutionError(
@@ -344,12 +347,6 @@ def claim_on(index: int, seconds: float) -> range:
     size = 1 << (size.bit_length() - 1)
     start = index // size * size
     return range(start, start + size)
-
-
-def saver_of(run: Run, owner: str) -> Saver:
-    """Return the saver of the members that a process computes for a run, and does not read."""
-    run.members.owner = owner
-    return Saver(run.folder.absolute(), owner, run.members.of_run)
 
 
 def _submitted(executor: Executor, jobs: dict[int, Job], wanted: Wanted) -> Future[Found]:

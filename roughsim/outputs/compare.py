@@ -1,5 +1,6 @@
 """`compare`: one run with the theory, or several runs, or the points of a study, side by side."""
 
+from itertools import starmap
 from pathlib import Path
 from typing import overload
 
@@ -9,7 +10,7 @@ from roughsim.comparison.several import Comparisons
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.run import Run
 from roughsim.studies.study import Study
-from roughsim.studies.tables import value_text, words_of
+from roughsim.studies.tables import key_text
 
 
 @overload
@@ -54,19 +55,10 @@ def compare(run: Folder, *others: Folder) -> Comparison | Comparisons:
                     f"{record.folder} has no point with two sound realizations yet; let it run on"
                 )
             runs += [run for _, run in results]
-            labels += [_point_label(point.values) for point, _ in results]
+            labels += [", ".join(starmap(key_text, point.values.items())) for point, _ in results]
         else:
             runs.append(record)
             labels.append(record.folder.resolve().name)
     if len(set(labels)) < len(labels):
         labels = [str(run.folder) for run in runs]
     return Comparisons(labels, [compare_run(each) for each in runs])
-
-
-def _point_label(values: dict[str, object]) -> str:
-    """Return the values of the varied keys of a point in words: "nominal pressure 5 MPa"."""
-    parts = []
-    for key, value in values.items():
-        words, _, unit = words_of(key)[0].partition(", ")
-        parts.append(f"{words} {value_text(key, value)} {unit}".rstrip())
-    return ", ".join(parts)

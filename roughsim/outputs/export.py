@@ -73,7 +73,7 @@ def _save_table(run: Run, path: Path) -> Path:
         "folder": str(run.folder),
         "realizations": count,
         "failed": run.failed,
-        "rows": [json_value(row) for row in rows],
+        "rows": json_value(rows),
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     place_bytes(path, table_bytes(path.suffix.lower(), rows, lambda: values))

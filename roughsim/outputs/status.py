@@ -98,7 +98,7 @@ def _values(run: Run) -> dict[str, Any]:
         "finished": run.finished,
         "target_met": run.target_met,
         "why": rounds.verdict.why if rounds.verdict else "",
-        "errors": {name: json_value(error) for name, error in run.total_errors.items()},
+        "errors": json_value(run.total_errors),
         "seconds_left": seconds_left(run),
         "until": run.until,
         "max_realizations": run.max_realizations,

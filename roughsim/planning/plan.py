@@ -105,7 +105,7 @@ def numerics_of(scene: Scene) -> Numerics:
     keys = {key: getattr(scene.numerics, key) for key in DEFAULT_REASONS}
     keys = {key: value for key, value in keys.items() if value is not None}
     numerics = with_slide(scene, Numerics(levels, lengths, **keys))
-    check_levels(numerics.levels, stated.faces, stated.sliding.history, stated.elastic)
+    check_levels(stated, numerics.levels)
     if not scene.elastic and "elastic" in numerics.columns:
         raise ValueError(
             'column = "elastic" does not fit a scene with a hardness; use "smoothed" or "capped"'

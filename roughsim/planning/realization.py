@@ -53,7 +53,7 @@ def realize(
         If `seed`, `level` or `index` is no whole number, or out of range, or the scene lacks the column of a level.
     """
     scene = as_scene(scene)
-    check_levels(numerics.levels, scene.faces, scene.sliding.history, scene.elastic)
+    check_levels(scene, numerics.levels)
     limits = {
         "seed": (seed, 2**63),
         "level": (level, len(numerics.levels)),

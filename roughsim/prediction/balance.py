@@ -16,7 +16,7 @@ from roughsim.prediction.bodies import (
     warming_lengths,
 )
 from roughsim.scene import Scene
-from roughsim.scene.model import Conduction, Layers
+from roughsim.scene.bodies import Conduction, Layers
 from theory.skin import surface_response
 
 

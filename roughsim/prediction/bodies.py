@@ -22,7 +22,8 @@ import theory
 from roughsim.grid import Array
 from roughsim.prediction.lay import StressOfTheory, in_directions
 from roughsim.scene import Scene, SceneError
-from roughsim.scene.model import Conduction, steeper
+from roughsim.scene.bodies import Conduction
+from roughsim.scene.faces import steeper
 from roughsim.surface.spectrum import Spectrum
 from theory.lay import LayStress
 from theory.lay_waves import Weighted

@@ -22,7 +22,7 @@ from roughsim.prediction.bodies import (
 )
 from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
-from roughsim.scene.model import Layers
+from roughsim.scene.bodies import Layers
 from roughsim.scene.numerics import SLIDING
 from theory.camera import ERROR_BANDS, View, error_band, seen_rms, seen_width
 

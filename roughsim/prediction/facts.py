@@ -11,7 +11,7 @@ from roughsim.prediction.areas import yield_wavenumber
 from roughsim.prediction.bodies import background, conduction, heat_partition
 from roughsim.prediction.theories import hot_spot_radius, predictions
 from roughsim.scene import Scene
-from roughsim.scene.model import steeper
+from roughsim.scene.faces import steeper
 from roughsim.scene.slips import STEEP
 from roughsim.show.remarks import Remark
 from roughsim.show.table import json_value

@@ -28,7 +28,7 @@ from roughsim.prediction.camera import camera_of
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.sliding import moving_roughness
 from roughsim.scene import Scene
-from roughsim.scene.model import Layers
+from roughsim.scene.bodies import Layers
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 

@@ -12,7 +12,7 @@ from roughsim.prediction.bodies import heat_arguments, heating, smoothed_spectru
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.theories import calibrated_over_speed
 from roughsim.scene import Scene
-from roughsim.scene.model import Layers
+from roughsim.scene.bodies import Layers
 from roughsim.show.remarks import Remark
 
 METAL = 10.0  # W/(m K): better conductors with a skin are hotter by much

@@ -28,7 +28,7 @@ from roughsim.prediction.camera import seen_by
 from roughsim.prediction.theories import OVER_SPEED, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
-from roughsim.scene.model import Layers
+from roughsim.scene.bodies import Layers
 from roughsim.surface.modes import check_resolved, mean_over_cells, mode_variance
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 from theory.arguments import density

@@ -15,7 +15,7 @@ from roughsim.grid import Array
 from roughsim.prediction.bodies import conduction, groups, law_arguments, layer_arguments
 from roughsim.prediction.law import calibrated
 from roughsim.scene import Scene
-from roughsim.scene.model import Conduction
+from roughsim.scene.bodies import Conduction
 from theory.arguments import density
 
 _ERROR = 0.06  # of T_flash, 95 %, of both bodies of 62 pairs from A = .06 to .95, κ up to 1:25 (docs/sliding.md)

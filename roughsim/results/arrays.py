@@ -17,7 +17,7 @@ from roughsim.scene import Scene
 from roughsim.store.member_files import KEPT_FIELDS
 
 Array = NDArray[Any]
-_OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
+OF_LEVELS = ("column", "q_max", "cell")  # names of coordinates of the levels
 _SPECTRUM = (
     "shares of the pressure variance by wavenumber; single entries may be negative, sums are exact"
 )
@@ -63,7 +63,7 @@ class Labelled(NamedTuple):
 
 
 def arrays_of(
-    members: Members, scene: Scene, shares: list[Array], read: Callable[..., Array]
+    members: Members, shares: list[Array], read: Callable[..., Array]
 ) -> Iterator[Labelled]:
     """Yield all numbers of the counted members over the level, and the spectra and fields of each level.
 
@@ -71,7 +71,7 @@ def arrays_of(
     surfaces, have "_below" in their name; arrays that depend on the grid of a level have the number of the level, as
     "pressure_L2".
     """
-    levels = members.numerics.levels
+    levels, scene = members.numerics.levels, members.scene
     cells = np.array([level.cell or "whole" for level in levels])
     yield Labelled("level", ("level",), np.arange(len(levels)), {"units": "1"})
     yield Labelled("realization", ("realization",), np.arange(max(members.counts)), {"units": "1"})
@@ -94,7 +94,7 @@ def arrays_of(
             for level, count in enumerate(members.counts)
             if not below or members.numerics.below(level) is not None
         }
-        yield from _numbers(members, scene, of_levels, shares, below)
+        yield from _numbers(members, of_levels, shares, below)
         for level, sample in of_levels.items():
             yield from _spectra(members, sample, f"{'_below' * below}_L{level}")
     for level in members.numerics.single:
@@ -105,26 +105,18 @@ def arrays_of(
 def _solves(members: Members) -> Iterator[Labelled]:
     """Yield whether the contact of each member converged, its residual, and its iterations."""
     axes, shape = ("level", "realization"), (len(members.counts), max(members.counts))
-    converged, residual, iterations = (
-        np.zeros(shape, np.int8),
-        np.full(shape, np.nan),
-        np.full(shape, np.nan),
-    )
+    converged = np.zeros(shape, np.int8)
+    of_solve = {name: np.full(shape, np.nan) for name in ("residual", "iterations")}
     for level, count in enumerate(members.counts):
         for index in range(count):
             member = members[level, index]
             converged[level, index] = not member.failure
-            residual[level, index] = member.provenance.get("residual", np.nan)
-            iterations[level, index] = member.provenance.get("iterations", np.nan)
-    yield Labelled(
-        "converged", axes, converged, {"units": "1", "description": "1 for a converged contact"}
-    )
-    yield Labelled(
-        "residual", axes, residual, {"units": "1", "description": "of the contact solve"}
-    )
-    yield Labelled(
-        "iterations", axes, iterations, {"units": "1", "description": "of the contact solve"}
-    )
+            for name, values in of_solve.items():
+                values[level, index] = member.provenance.get(name, np.nan)
+    about = {"units": "1", "description": "1 for a converged contact"}
+    yield Labelled("converged", axes, converged, about)
+    for name, values in of_solve.items():
+        yield Labelled(name, axes, values, {"units": "1", "description": "of the contact solve"})
 
 
 def _over_speed(
@@ -138,7 +130,7 @@ def _over_speed(
 
 
 def _numbers(
-    members: Members, scene: Scene, of_levels: dict[int, Sample], shares: list[Array], below: bool
+    members: Members, of_levels: dict[int, Sample], shares: list[Array], below: bool
 ) -> Iterator[Labelled]:
     """Yield the stored numbers, NaN without a sound member; temperatures with their share of the heat."""
     for name, record in NUMBERS.items():
@@ -156,7 +148,7 @@ def _numbers(
             attributes["comment"] = "with the share of the heat used by the run"
         axes, name_below = ("level", "realization"), name + "_below" * below
         if record.per_speed:
-            yield _over_speed(scene, name_below, axes, values, attributes)
+            yield _over_speed(members.scene, name_below, axes, values, attributes)
         else:
             yield Labelled(name_below, axes, values[..., 0], attributes)
 
@@ -178,7 +170,7 @@ def _fields(
     """Yield the axes of a level's fields, and the lazy fields stored by all realizations in `kept`."""
     numerics, end = members.numerics, f"_L{level}"
     grid, axes = (
-        numerics.grid(level).stretched(members.lay),
+        numerics.grid(level).stretched(members.scene.lay),
         (f"kept_realization{end}", f"x{end}", f"y{end}"),
     )
     yield Labelled(axes[0], axes[:1], np.array(kept), {"units": "1"})
@@ -202,9 +194,10 @@ def _fields(
         )
 
 
-def attributes_of(scene: Scene, members: Members) -> dict[str, Any]:
+def attributes_of(members: Members) -> dict[str, Any]:
     """Return title, scene, numerics, seed and versions of a run, as files and datasets carry them."""
     # of the packages that computed the first member; one that is damaged and skipped has none
+    scene = members.scene
     versions = next(
         found for member in members.values() if (found := member.provenance.get("versions"))
     )
@@ -218,19 +211,8 @@ def attributes_of(scene: Scene, members: Members) -> dict[str, Any]:
     }
 
 
-def to_dataset(arrays: list[Labelled], attributes: dict[str, Any]) -> Any:
-    """Return arrays as an `xarray.Dataset` with lazy stored fields; ImportError without xarray."""
-    try:
-        xarray, unread = import_module("xarray"), import_module("roughsim.results.unread")
-    except ImportError:
-        raise ImportError("xarray is not installed; type: pip install 'roughsim[xarray]'") from None
-    coordinates: dict[str, Any] = {}
-    variables: dict[str, Any] = {}
-    for name, axes, values, about in arrays:
-        data = unread.lazy(values) if isinstance(values, Stored) else values
-        (coordinates if axes == (name,) or name in _OF_LEVELS else variables)[name] = (
-            axes,
-            data,
-            about,
-        )
-    return xarray.Dataset(variables, coordinates, attributes)
+def lazily_read(array: Labelled) -> Labelled:
+    """Return an array for `to_dataset`, which reads a stored field when it is used."""
+    if not isinstance(array.data, Stored):
+        return array
+    return array._replace(data=import_module("roughsim.results.unread").lazy(array.data))

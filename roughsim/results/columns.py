@@ -21,6 +21,7 @@ from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.values import Predicted
 from roughsim.results.arrays import attributes_of
 from roughsim.results.run import Run
+from roughsim.results.table import Results
 from roughsim.results.theories import (
     CALIBRATED,
     CONTACT_TEMPERATURE,
@@ -36,7 +37,7 @@ from roughsim.results.theories import (
 )
 from roughsim.scene.numerics import SLIDING
 from roughsim.surface.spectrum import TruncatedSpectrum
-from roughsim.table import Estimate, Results, concat
+from roughsim.table import Estimate, concat
 
 SAME_MODES, UP_TO_CUT_OFF = "theory_same_modes", "theory_at_cut_off"
 BY_DIRECTION = "flash_temperature_by_direction"  # of a pressed map
@@ -109,7 +110,7 @@ def results_of(
     if BY_DIRECTION in estimates:
         along["angle"] = "direction", np.array([*run.angles.values()])
     about = _ABOUT | ({"direction": _ABOUT["angle"]} if run.scene.directions else {})
-    return Results(estimates, attributes_of(run.scene, run.members), about, along)
+    return Results(estimates, attributes_of(run.members), about, along)
 
 
 def observables_of(run: Run) -> list[str]:

@@ -67,7 +67,7 @@ class RunDescription:
                 f"{folder} holds {_KINDS[stored.kind]}, not {_KINDS[self.kind]}; name another folder"
             )
         there, here = ({**of.press, **of.scene, **of.numerics.to_dict()} for of in (stored, self))
-        for key in dict.fromkeys((*there, *here)):
+        for key in there | here:
             old = there.get(key, "absent")
             new = here.get(key, "absent")
             if old != new and key != "keep_fields":
@@ -107,7 +107,7 @@ def read_description(folder: Path) -> RunDescription:
         raise RecordError(f"{path} is damaged ({error})") from error
     _check_format(path, version, content)
     expected = checksums if isinstance(checksums, dict) else {}
-    for key in dict.fromkeys((*expected, *content)):
+    for key in expected | content:
         if key not in content or expected.get(key) != checksum(content[key]):
             raise RecordError(
                 f"{key} in {path} was changed since the run wrote it; put the old value back, or give the scene "
@@ -126,8 +126,7 @@ def read_description(folder: Path) -> RunDescription:
 
 def _check_format(path: Path, version: int, content: Mapping[str, Any]) -> None:
     """Refuse another format than the one of a kind of run: RecordError with advice."""
-    kind = content.get("kind")
-    if version < FORMAT and kind in ("map", "quarters"):
+    if version < FORMAT and content.get("kind") in ("map", "quarters"):
         raise RecordError(
             f"{path} is of a pressed map in the older format {version}; press the map again, into a new folder"
         )

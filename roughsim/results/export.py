@@ -72,13 +72,11 @@ def export_run(run: Run, path: str | Path, bits: int | None = None) -> Path:
     return path
 
 
-def export_surface(
-    run: Run, path: str | Path, realization: int = 0, column: str | None = None
-) -> Path:
+def export_surface(run: Run, path: str | Path, realization: int = 0) -> Path:
     """Write the composite heights of one kept realization for SurfaceTopography, ContactMechanics or tamaas.
 
     `path`, which is returned, ends in .nc (with sizes and unit) or .npy (the bare array, m); a file there is replaced.
-    The heights are of the finest level of a column in the run's cell; `column` as in `Run.estimate`.
+    The heights are of the finest level of the main column in the run's cell.
 
     ValueError for another ending, or a realization whose fields were not kept. RecordError if its file is damaged.
     OSError, naming the path, if the disk refuses.
@@ -88,7 +86,7 @@ def export_surface(
         raise ValueError(
             f"path = {str(path)!r} of a surface must end in {' or '.join(topography.ENDINGS)}"
         )
-    level = run.numerics.picture(run.column(column))
+    level = run.numerics.picture(run.column(None))
     if realization not in run.kept(level):
         raise run.not_kept(level, realization)
     heights = run.field(level, realization, "heights")
@@ -132,7 +130,7 @@ def _write_run(file: Any, run: Run, bits: int | None) -> None:
     results = results_of(run)
     members = [_rounded(array, bits) for array in run.arrays()]
     file.attrs.update(
-        attributes_of(run.scene, run.members)
+        attributes_of(run.members)
         | {"README": readme(run), "NX_class": "NXroot", "default": "entry"}
     )
     file.attrs.update(realizations=run.realizations, failed=run.failed)

@@ -26,12 +26,12 @@ from roughsim.scene.numerics import QUADRANTS, SLIDING
 class Means:
     """The means of the counted members of a run; `Run` describes the attributes."""
 
-    def __init__(self, scene: Scene, members: Members):
+    def __init__(self, members: Members):
         self.folder, self.numerics = members.folder, members.numerics
-        self.scene, self.members = scene, members
-        self.heat_partition = prediction.heat_partition(scene)
+        self.scene, self.members = members.scene, members
+        self.heat_partition = prediction.heat_partition(self.scene)
         kind = Map if self.numerics.of_column(QUADRANTS) else Drawn
-        self.surfaces = kind(scene, members)
+        self.surfaces = kind(members)
         self.drawn = self.surfaces.drawn  # whether they are drawn from C(q)
         self.sources: Mapping[str, str] = self.surfaces.sources  # the parts of an error, in words
         # of the members that count; all observables follow from them, and most values are asked for repeatedly
@@ -105,7 +105,8 @@ class Means:
         of_levels = partial(self.of_levels, observable, extrapolated=extrapolated)
         values, name = of_levels(column), self.column(column)
         parts = {
-            "size": self.size_error(observable, name),
+            # of a map by its quadrants, both extrapolated
+            "size": self.surfaces.size_error(observable, name, partial(self.of_levels, observable)),
             "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
         }
         values = values.with_errors(**parts, **self.scan_part(observable))
@@ -192,10 +193,6 @@ class Means:
         if scene is None or not share.has_own_share(scene):
             return own
         return share.with_other_layers(self.scene, scene, speed, own)
-
-    def size_error(self, observable: str, column: str) -> Array | float:
-        """Return the relative error by the finite cell; of a map by the difference of its quadrants."""
-        return self.surfaces.size_error(observable, column, partial(self.of_levels, observable))
 
     @property
     def followed(self) -> float | None:

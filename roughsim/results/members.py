@@ -18,6 +18,7 @@ from roughsim.observables.distribution import BIN_AREAS, Bins
 from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.record import Sample
 from roughsim.results.description import RunDescription
+from roughsim.scene import Scene
 from roughsim.sliding.snapshots import snapshot_shape
 from roughsim.store.disk import DamagedError, set_aside
 from roughsim.store.member_files import (
@@ -50,17 +51,10 @@ class Members(dict[Key, Member]):
     moves the file aside with a warning, stores its sound members again, and the others are missing.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        description: RunDescription,
-        speeds: tuple[float, ...],
-        treatment: Damaged,
-        lay: float = 1.0,
-    ):
+    def __init__(self, folder: Path, description: RunDescription, scene: Scene, treatment: Damaged):
         super().__init__()
-        self.folder, self.numerics, self.speeds = folder, description.numerics, speeds
-        self.lay = lay  # of the surfaces
+        self.folder, self.numerics, self.scene = folder, description.numerics, scene
+        self.speeds = scene.speeds
         self.damaged: dict[str, str] = {}  # reasons by the names of files that cannot be used
         levels = len(self.numerics.levels)
         self.available = [0] * levels  # members of each level before the first missing one
@@ -85,19 +79,18 @@ class Members(dict[Key, Member]):
         while not all(
             self._take(path, stamp)
             for path, stamp in listed(self.folder).items()
-            if stamp not in self._read and not self._is_own(path)
+            if stamp not in self._read
+            and not (self.owner and path.name.startswith(f"{self.owner}-"))  # an own file
         ):
             pass  # another process has moved a file meanwhile, or a damaged one was moved aside
         if self.damaged:
             self._fill_gaps()
 
-    def _is_own(self, path: Path) -> bool:
-        return bool(self.owner) and path.name.startswith(f"{self.owner}-")
-
     def _take(self, path: Path, stamp: Stamp) -> bool:
         """Read a file; False if it is not there any more. Errors as `read`."""
         try:
-            part = self._part(path)
+            part = read_part(path, self.keys() - self.lost)
+            self._check(path, part)
         except OSError as error:
             if error.errno not in _GONE or (path, stamp) in self._gone:
                 raise
@@ -110,12 +103,6 @@ class Members(dict[Key, Member]):
                 self.add(member)
         self._read.add(stamp)
         return True
-
-    def _part(self, path: Path) -> Part:
-        """Read a file and check that its members belong to this run; errors as `read`."""
-        part = read_part(path, self.keys() - self.lost)
-        self._check(path, part)
-        return part
 
     def _damaged(self, path: Path, stamp: Stamp, error: RecordError) -> bool:
         """Treat a damaged file, or one of another run: True if it is not to be read again."""
@@ -153,15 +140,11 @@ class Members(dict[Key, Member]):
             return
         modes = [part.wavenumber.shape for part in member.moments]
         levels = 1 if self.numerics.below(member.level) is None else 2
-        points = {}
-        if member.kept:
-            shape = self.numerics.grid(member.level).shape
-            points = {
-                name: shape if name in KEPT_FIELDS else snapshot_shape(shape)
-                for name in member.kept
-            }
+        whole = self.numerics.levels[member.level].shape
         fits = all(
-            len(shape) < 2 or shape[-2:] == points[name] for name, shape in member.kept.items()
+            shape[-2:] == (whole if name in KEPT_FIELDS else snapshot_shape(whole))
+            for name, shape in member.kept.items()
+            if len(shape) > 1
         )
         if member.speeds != self.speeds or len(modes) != levels or not fits:
             raise damaged(path, "is of another run: its speeds, levels or points differ")
@@ -279,7 +262,7 @@ class Members(dict[Key, Member]):
             numbers,
             wavenumber,
             np.array([one.spectrum for one in stored]).reshape(rows.size, wavenumber.size),
-            0.5 * float(np.hypot(*grid.stretched(self.lay).lengths)),
+            0.5 * float(np.hypot(*grid.stretched(self.scene.lay).lengths)),
             numerics.levels[level].parts > 1,
             self._bins([one.bins for one in stored]),
             level,

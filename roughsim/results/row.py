@@ -8,6 +8,7 @@ from typing import Any
 
 from roughsim.estimate.levels import FLASH
 from roughsim.results.columns import is_ratio, is_theory
+from roughsim.show.table import Cell
 from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate, heads_of
 
 NOTICED = 0.02  # relative difference of two theories that a note names
@@ -53,7 +54,7 @@ class Row:
         return self.observable + "".join(words)
 
     @property
-    def heads(self) -> dict[str, str]:
+    def heads(self) -> dict[str, Cell]:
         """Direction and speed in words by the titles of their columns, as `table.heads_of`."""
         return heads_of({**self.about, "speed": self.speed})
 

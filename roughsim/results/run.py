@@ -16,16 +16,17 @@ from roughsim.observables.member import Member
 from roughsim.planning import limits
 from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results import heated, pressed
-from roughsim.results.arrays import Labelled, arrays_of, attributes_of, to_dataset
+from roughsim.results.arrays import OF_LEVELS, Labelled, arrays_of, attributes_of, lazily_read
 from roughsim.results.description import RunDescription
 from roughsim.results.heated import Field
 from roughsim.results.map_ratio import MapRatio
 from roughsim.results.members import Damaged, Members
 from roughsim.results.simulated import Estimates
+from roughsim.results.table import to_dataset
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark
-from roughsim.show.table import Column, Row, Table
+from roughsim.show.table import table_of
 from roughsim.show.text import marked, plain
 from roughsim.store.member_files import fields_path, read_fields
 from roughsim.table import Estimate
@@ -67,7 +68,7 @@ class Run(Estimates):
     """
 
     def __init__(self, folder: Path, description: RunDescription, scene: Scene, treatment: Damaged):
-        super().__init__(scene, Members(folder, description, scene.speeds, treatment, scene.lay))
+        super().__init__(Members(folder, description, scene, treatment))
         self.seed = scene.ensemble.seed
         self.until = scene.ensemble.ends
         self.max_realizations = scene.ensemble.most
@@ -381,16 +382,14 @@ class Run(Estimates):
             return in_notebook(*lines)
         flash = {name: self.estimate("flash_temperature", name) for name in self.numerics.columns}
         first = next(iter(flash.values()))
-        places = [*np.ndindex(first.mean.shape)]
-        columns = [Column(title, number=True) for title in (*first.heads(places[0]), *flash)]
-        rows: list[Row] = [
-            [*first.heads(place).values(), *(e.number(*place) for e in flash.values())]
-            for place in places
+        rows = [
+            first.heads(place) | {name: one.number(*place) for name, one in flash.items()}
+            for place in np.ndindex(first.mean.shape)
         ]
         notes = (
             "± total error, 95 %. rs.compare(run) has the theory beside it, and all other observables.",
         )
-        return in_notebook(*lines, Table(columns, rows, "flash_temperature, K", notes))
+        return in_notebook(*lines, table_of(rows, "flash_temperature, K", notes))
 
     def arrays(self) -> list[Labelled]:
         """Return all numbers of all counted members, and the kept fields, with names, axes and units."""
@@ -403,7 +402,7 @@ class Run(Estimates):
         shares = [
             self.share(column if column in self.numerics.columns else None) for column in columns
         ]
-        return list(arrays_of(self.members, self.scene, shares, here.field))
+        return list(arrays_of(self.members, shares, here.field))
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return all numbers of all counted members, and the kept fields, as an `xarray.Dataset`.
@@ -417,4 +416,5 @@ class Run(Estimates):
         ImportError if xarray is not installed: ``pip install 'roughsim[xarray]'``. ValueError if the run has no sound
         realization yet.
         """
-        return to_dataset(self.arrays(), attributes_of(self.scene, self.members))
+        arrays = map(lazily_read, self.arrays())
+        return to_dataset(arrays, OF_LEVELS, attributes_of(self.members))

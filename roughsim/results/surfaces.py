@@ -13,7 +13,6 @@ from roughsim.grid import Array
 from roughsim.observables.catalogue import CAMERA, OBSERVABLES
 from roughsim.results.members import Members
 from roughsim.results.pressed import SHARED, SOME_LOAD, overshoot, whole
-from roughsim.scene import Scene
 from roughsim.scene.numerics import QUADRANTS
 
 _MAP_NOTE = (
@@ -39,8 +38,8 @@ class Drawn:
     sources = errors.SOURCES  # the parts of an error, in words
     notes: tuple[str, ...] = ()  # on each estimate
 
-    def __init__(self, scene: Scene, members: Members):
-        self.scene, self.members, self.numerics = scene, members, members.numerics
+    def __init__(self, members: Members):
+        self.scene, self.members, self.numerics = members.scene, members, members.numerics
 
     def independent(self, *beside: str) -> list[int]:
         """Return the numbers of independent surfaces: the sound members of the lowest level of each column."""

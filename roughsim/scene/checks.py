@@ -4,34 +4,22 @@ import math
 from collections.abc import Mapping, Sequence
 
 from roughsim.observables.catalogue import ASKED_BY, CAMERA, OBSERVABLES, observables_of
+from roughsim.scene.bodies import Bodies
 from roughsim.scene.camera import CameraSection
 from roughsim.scene.ensemble import EnsembleSection
+from roughsim.scene.faces import Faces
 from roughsim.scene.numerics import DEFAULT_SOLVER, QUADRANTS, SAME, SLIDING, Level
-from roughsim.scene.sections import (
-    SAME_ANGLE,
-    BodySection,
-    CounterfaceSection,
-    SlidingSection,
-    SurfaceSection,
-)
-from roughsim.scene.tables import MAX_ROWS
-from roughsim.surface.spectrum import Face
+from roughsim.scene.sections import SAME_ANGLE, SlidingSection
+from roughsim.scene.tables import MAX_ROWS, values_of
 
 
-def missing_second_body(counterface: CounterfaceSection | None) -> str:
-    """Return the missing section or key of a heat-conducting second body; empty if it is complete."""
-    if counterface is None:
-        return "[counterface]"
-    conducts = counterface.like or counterface.conductivity is not None
-    return "" if conducts else "counterface.conductivity"
-
-
-def check_junction_growth(sliding: SlidingSection, hardness: Sequence[float | None]) -> None:
+def check_junction_growth(scene: Bodies) -> None:
     """Refuse a junction growth of contact that does not yield, or whose friction depends on its temperature."""
+    sliding = scene.sliding
     if sliding.junction_growth is None:
         return
     growth = f"sliding.junction_growth = {sliding.junction_growth:g}"
-    if all(limit is None for limit in hardness):
+    if all(body.penetration_hardness is None for body in scene.bodies):
         raise ValueError(
             f"{growth} lowers a penetration_hardness, and no body has one; add it or remove the growth"
         )
@@ -42,31 +30,31 @@ def check_junction_growth(sliding: SlidingSection, hardness: Sequence[float | No
         )
 
 
-def check_load(sliding: SlidingSection, body: BodySection, hardness: float) -> None:
-    """Refuse a nominal pressure above the hardness of the softer body, Pa."""
-    load = sliding.nominal_pressure
-    if load > hardness and sliding.junction_growth is not None:
+def check_load(scene: Bodies) -> None:
+    """Refuse a nominal pressure above the hardness of the softer body."""
+    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
+    if load > hardness and scene.sliding.junction_growth is not None:
         raise ValueError(
             f"sliding.nominal_pressure = {load:.6g} Pa exceeds {hardness:.6g} Pa, the penetration_hardness lowered by "
             "junction_growth, which no contact can carry; lower the pressure or remove the growth"
         )
     if load > hardness:
-        softer = "body" if body.penetration_hardness == hardness else "counterface"
+        softer = "body" if scene.body.penetration_hardness == hardness else "counterface"
         raise ValueError(
             f"sliding.nominal_pressure = {load:.6g} Pa exceeds {softer}.penetration_hardness = {hardness:.6g} Pa, "
             "which no contact can carry; lower the pressure or raise the hardness"
         )
 
 
-def check_heat_partition(sliding: SlidingSection, missing: str) -> None:
+def check_heat_partition(scene: Bodies) -> None:
     """Refuse a rule of the heat share without the second body, duration or radius that it needs."""
-    rule = sliding.heat_partition
+    rule, missing = scene.sliding.heat_partition, scene.missing_second_body
     if rule in ("mean", "total") and missing:
         raise ValueError(
             f'sliding.heat_partition = "{rule}" shares the heat with a second body, but {missing} is missing; add it '
             '(like = "body" for the same material), or write "all" or a number'
         )
-    if rule == "total" and not sliding.warms:
+    if rule == "total" and not scene.sliding.warms:
         needed = (
             'needs the time since sliding began; add for example duration = "1 ms", or the contact_radius of a contact '
             "that is steady"
@@ -90,17 +78,14 @@ def check_nominal_contact(sliding: SlidingSection) -> None:
         )
 
 
-def check_temperatures(
-    sliding: SlidingSection,
-    given: Mapping[str, float | None],
-    missing: str,
-    tables: Sequence[str],
-) -> None:
-    """Refuse temperatures of single bodies, K, `given` by section, that no second body or no rule weighs.
-
-    `missing` is what a second body that conducts lacks, `tables` are the keys with a table over temperature.
-    """
-    kelvin = {f"{name}.temperature": each for name, each in given.items() if each is not None}
+def check_temperatures(scene: Bodies) -> None:
+    """Refuse temperatures of single bodies that no second body or no rule weighs."""
+    sliding, missing = scene.sliding, scene.missing_second_body
+    kelvin = {
+        f"{name}.temperature": body.temperature
+        for name, body in scene.sections_of_bodies.items()
+        if body.temperature is not None
+    }
     if not kelvin:
         return
     first, value = next(iter(kelvin.items()))
@@ -120,11 +105,12 @@ def check_temperatures(
         )
     difference = kelvin.get("counterface.temperature", value) - value
     if difference:
-        _check_difference(sliding, difference, tables)
+        _check_difference(scene, difference)
 
 
-def _check_difference(sliding: SlidingSection, difference: float, tables: Sequence[str]) -> None:
+def _check_difference(scene: Bodies, difference: float) -> None:
     """Refuse bodies that differ in temperature, K, where no share follows from it."""
+    sliding, tables = scene.sliding, list(scene.tables)
     differ = f"counterface.temperature is {difference:+g} K from body.temperature, which"
     even = "give both bodies one temperature"
     if sliding.heat_partition != "total":
@@ -143,21 +129,15 @@ def _check_difference(sliding: SlidingSection, difference: float, tables: Sequen
         )
 
 
-def check_background(
-    kelvin: float | None,
-    key: str,
-    tables: Sequence[str],
-    temperature_range: tuple[float, float],
-    needed: str,
-) -> None:
+def check_background(scene: Bodies, needed: str) -> None:
     """Refuse a background temperature that is missing, or outside a table κ(T) or μ(T).
 
-    `kelvin` is given by `key`. `tables` are the keys with a table, which are given within `temperature_range`, K;
     `needed` is a section or key that needs an absolute temperature, "" without one.
     """
-    low, high = temperature_range
+    kelvin, tables = scene.background_temperature, list(scene.tables)
+    low, high = scene.temperature_range
     if kelvin is None:
-        if high < math.inf:
+        if tables:
             raise ValueError(
                 f"sliding.background_temperature is missing; a {tables[0]} that is a table over temperature needs it: "
                 'add for example background_temperature = "300 K"'
@@ -168,6 +148,7 @@ def check_background(
                 'background_temperature = "300 K"'
             )
         return
+    key = "sliding.background_temperature" if scene.body.temperature is None else "body.temperature"
     background = f"{key} = {kelvin:g} K"
     if not low <= kelvin <= high:
         raise ValueError(
@@ -176,8 +157,9 @@ def check_background(
         )
 
 
-def check_history(sliding: SlidingSection, missing: str, solver: str | None) -> None:
+def check_history(scene: Bodies, solver: str | None) -> None:
     """Refuse a slide of two bodies that lacks a second body or a distance, and a distance without a slide."""
+    sliding, missing = scene.sliding, scene.missing_second_body
     if sliding.history == "frozen":
         if sliding.slid_distance is not None:
             raise ValueError(
@@ -216,8 +198,9 @@ def check_targets(ensemble: EnsembleSection, asks: frozenset[str]) -> None:
             raise ValueError(f"ensemble.until.{name} is of the {what}; add {ASKED_BY[asked]}")
 
 
-def check_camera(camera: CameraSection | None, sliding: SlidingSection, lay: float) -> None:
+def check_camera(scene: Faces, camera: CameraSection | None) -> None:
     """Refuse a camera where no heat makes a picture, and of a slide of faces with a lay."""
+    sliding, lay = scene.sliding, scene.lay
     if camera is None:
         return
     if lay > 1.0 and sliding.history == SLIDING:
@@ -236,9 +219,10 @@ def check_camera(camera: CameraSection | None, sliding: SlidingSection, lay: flo
         )
 
 
-def check_resolution(camera: CameraSection, longest: float) -> None:
-    """Refuse a camera that blurs more than the longest wave, m: of what is left a cell shows too little."""
-    if camera.resolution > longest:
+def check_resolution(scene: Faces, camera: CameraSection | None) -> None:
+    """Refuse a camera that blurs more than the longest wave: of what is left a cell shows too little."""
+    longest = 2 * math.pi / float(scene.spectrum.breaks[0])
+    if camera is not None and camera.resolution > longest:
         raise ValueError(
             f"camera.resolution = {camera.resolution:.6g} m is above the longest wave, 2π/q_min = {longest:.6g} m, of "
             "which the picture then has less than 3 %; look more sharply, or lower q_min"
@@ -255,9 +239,9 @@ def check_ends(ensemble: EnsembleSection, given: Mapping[str, object]) -> None:
         )
 
 
-def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) -> None:
+def check_rows(scene: Faces) -> None:
     """Refuse tables C(q) of both faces with too many rows."""
-    rows = sum(len(face.psd or ()) for face in (surface, counterface) if face is not None)
+    rows = sum(len(face.psd or ()) for face in scene.sections_of_faces.values())
     if rows > MAX_ROWS:
         raise ValueError(
             f"counterface.psd and surface.psd together have {rows} rows, above the limit of {MAX_ROWS}; average C over "
@@ -265,16 +249,9 @@ def check_rows(surface: SurfaceSection, counterface: CounterfaceSection | None) 
         )
 
 
-def check_lay(
-    faces: Mapping[str, SurfaceSection],
-    sliding: SlidingSection,
-    tables: Sequence[str],
-    lengths: tuple[float, float] | None,
-) -> None:
-    """Refuse a lay where contact slides, a key has a table, or the sides of a stretched cell are given.
-
-    `tables` are the keys with a table over temperature, `lengths` the sides, m.
-    """
+def check_lay(scene: Faces, lengths: tuple[float, float] | None) -> None:
+    """Refuse a lay where contact slides, a key has a table, or the sides of a stretched cell, m, are given."""
+    faces, sliding, tables = scene.sections_of_rough_faces, scene.sliding, list(scene.tables)
     lays = {f"{name}.lay": face.grooves[0] for name, face in faces.items()}
     key, lay = max(lays.items(), key=lambda item: item[1])
     if lay == 1.0:
@@ -287,7 +264,7 @@ def check_lay(
             f"{key} = {lay:g} beside a face of another lay does not go with a {tables[0]} that is a table over "
             "temperature: no law has its temperature in each direction; give a number, or both faces one lay"
         )
-    if lengths is not None:
+    if lengths is not None and scene.lay > 1.0:
         raise ValueError(
             f"numerics.lengths = {lengths[0]:.6g} m does not go with {key} = {lay:g}, which stretches a cell of "
             "equal sides; leave it to the plan"
@@ -312,19 +289,18 @@ def _check_slide(lay: str, grooves: float, sliding: SlidingSection, differ: bool
         )
 
 
-def check_levels(
-    levels: Sequence[Level], faces: Sequence[Face], history: str, elastic: bool
-) -> None:
+def check_levels(scene: Faces, levels: Sequence[Level]) -> None:
     """Refuse levels of a column that the scene does not have, and cut-offs outside of the C(q) of its rough faces."""
+    faces = scene.faces
     for number, level in enumerate(levels):
         key = f"numerics.levels[{number}]"
         if level.column == QUADRANTS or level.lengths is not None:
             raise ValueError(f"{key} is of a pressed map, whose levels follow from it; remove it")
-        if level.column == SLIDING and history != SLIDING:
+        if level.column == SLIDING and scene.sliding.history != SLIDING:
             raise ValueError(
                 f'{key}.column = "{SLIDING}" needs sliding.history = "{SLIDING}"; add it or remove the level'
             )
-        if elastic and level.column not in ("elastic", SLIDING):
+        if scene.elastic and level.column not in ("elastic", SLIDING):
             raise ValueError(
                 f'{key}.column = "{level.column}" needs a body.penetration_hardness; add it or write "elastic"'
             )
@@ -340,4 +316,27 @@ def check_levels(
         if level.q_max > last * (1 + SAME):
             raise ValueError(
                 f"{cut_off} must be at most {last:.6g} rad/m, where C(q) ends; lower it"
+            )
+
+
+def check_derived(scene: Faces) -> None:
+    """Refuse numbers whose roughness, modulus, or diffusivity at some temperature overflows or vanishes."""
+    try:
+        derived = [
+            ("rms height", scene.spectrum.rms_height, "m"),
+            ("rms slope", scene.rms_slope, ""),
+            ("effective modulus", scene.effective_modulus, "Pa"),
+        ]
+        for body, whose in zip(scene.bodies, ("", " of the counterface"), strict=False):
+            for kappa in values_of(body.conductivity):
+                diffusivity = kappa / (body.density * body.heat_capacity)
+                derived.append((f"diffusivity{whose}", diffusivity, "m²/s"))
+    except (ArithmeticError, ValueError) as error:
+        raise ValueError(
+            f"surface or body: numbers beyond the range of floats ({error}); check them"
+        ) from None
+    for name, value, unit in derived:
+        if not 0.0 < value < math.inf:
+            raise ValueError(
+                f"surface or body: the {name} becomes {value:.6g} {unit}; check the numbers it is made of"
             )

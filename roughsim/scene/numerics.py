@@ -23,8 +23,7 @@ from roughsim.scene.schema import (
 )
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark
-from roughsim.show.table import Column as TableColumn
-from roughsim.show.table import Table, significant
+from roughsim.show.table import Table, significant, table_of
 
 Column = Literal["smoothed", "capped", "elastic", "sliding", "quadrants"]
 SLIDING: Final = (
@@ -39,6 +38,11 @@ _Distance = Annotated[
     PlainSerializer(lambda distance: "inf" if isinf(distance) else distance),  # JSON has no inf
 ]
 DEFAULT_SOLVER = "active_set"
+_CELLS = {
+    None: (1, ""),
+    "half": (2, " in half the cell"),
+    "quarter": (4, " in a quarter of the cell"),
+}
 SAME = 1e-9  # relative: wavenumbers that differ by less are the same
 
 
@@ -77,14 +81,12 @@ class Level(Record):
     @property
     def parts(self) -> int:
         """Ratio of the sides of the run's cell and of its own cell."""
-        return {None: 1, "half": 2, "quarter": 4}[self.cell]
+        return _CELLS[self.cell][0]
 
     @property
     def where(self) -> str:
         """The size of its cell, as text to append; empty for the run's cell."""
-        return {None: "", "half": " in half the cell", "quarter": " in a quarter of the cell"}[
-            self.cell
-        ]
+        return _CELLS[self.cell][1]
 
     @property
     def resolved(self) -> tuple[float, int]:
@@ -306,25 +308,23 @@ class Numerics(Record):
 
     def table(self) -> Table:
         """Return a row for each level, with notes on the cell, the solves and the kept fields."""
-        titles = [
-            TableColumn("level", number=True),
-            TableColumn("column"),
-            TableColumn("points", number=True),
+        rows = [
+            {
+                "level": str(i),
+                "column": level.column,
+                "points": f"{level.shape[0]} × {level.shape[1]}{level.where}",
+                "q_c, rad/m": significant(level.q_max, 4),
+                "corrects": self._correction(i),
+            }
+            for i, level in enumerate(self.levels)
         ]
-        titles += [TableColumn("q_c, rad/m", number=True), TableColumn("corrects")]
-        rows = []
-        for i, level in enumerate(self.levels):
-            points = f"{level.shape[0]} × {level.shape[1]}{level.where}"
-            rows.append(
-                (str(i), level.column, points, significant(level.q_max, 4), self._correction(i))
-            )
         sides = " × ".join(significant(1e3 * side, 4) for side in self.lengths)
         notes = [
             f"Cell {sides} mm; tolerance {self.tolerance:g} of the contact, {self.precision} precision.",
             f"Fields of the first {self.keep_fields} of each level are kept; {self.threads} threads each.",
             *(f"{one.quantity} {one.value}: {one.text}." for one in self.reasons),
         ]
-        return Table(titles, rows, "", notes)
+        return table_of(rows, "", notes, texts=("column", "corrects"))
 
     def _correction(self, level: int) -> str:
         """Return the correction by a level in words; "" for the lowest of a column."""

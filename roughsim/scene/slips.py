@@ -1,13 +1,13 @@
 """Warnings of numbers that are most likely a slip: of a unit, a factor of 2π, or a temperature scale."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import inf, isinf, nextafter, pi, sqrt
 from typing import NamedTuple
 
+from roughsim.scene.faces import Faces
 from roughsim.scene.sections import BodySection, CounterfaceSection, SlidingSection
 from roughsim.scene.tables import values_of
 from roughsim.show.remarks import Remark
-from roughsim.surface.spectrum import Face, SumSpectrum
 
 STEEP = 0.5  # rms slope: the model is for small slopes
 
@@ -83,19 +83,11 @@ def steepness(slope: float, advice: str = "check the units of the roughness") ->
         yield Remark("limit", "rms slope", text)
 
 
-def slips(
-    spectrum: Face | SumSpectrum,
-    scanned: bool,
-    bodies: Mapping[str, BodySection | CounterfaceSection],
-    sliding: SlidingSection,
-) -> Iterator[Remark]:
-    """Yield a warning for each number that is probably a mistake, with its value, the limit and the keys to check.
-
-    `spectrum` is the composite C(q), which is `scanned` if it was measured; the bodies are by their sections.
-    """
-    numbers = [*_of_roughness(spectrum, scanned), *_of_sliding(sliding)]
-    for name, body in bodies.items():
-        numbers += _of_body(name, body, max(sliding.speed))
+def slips(scene: Faces) -> Iterator[Remark]:
+    """Yield a warning for each number that is probably a mistake, with its value, the limit and the keys to check."""
+    numbers = [*_of_roughness(scene), *_of_sliding(scene.sliding)]
+    for name, body in scene.sections_of_bodies.items():
+        numbers += _of_body(name, body, max(scene.sliding.speed))
     for kind, quantity, value in numbers:
         if not _is_usual(kind, value):
             low, high, unit, advice = _USUAL[kind]
@@ -104,7 +96,7 @@ def slips(
                 limits = f"below {low:g}"
             text = f"{quantity} = {value:.3g}{unit} is {limits}{unit}, {advice.format(value)}"
             yield Remark("slip", quantity, text)
-    if 0.0 in sliding.speed:
+    if 0.0 in scene.sliding.speed:
         yield Remark(
             "limit",
             "sliding.speed",
@@ -123,11 +115,12 @@ def _is_usual(kind: str, value: float) -> bool:
     return _USUAL[kind].low <= value <= _USUAL[kind].high
 
 
-def _of_roughness(spectrum: Face | SumSpectrum, scanned: bool) -> _Numbers:
+def _of_roughness(scene: Faces) -> _Numbers:
     """Yield the heights and the wavelengths of both faces together."""
+    spectrum = scene.spectrum
     yield "rms height", "rms height of both faces together", spectrum.rms_height
     yield "shortest wave", "the shortest wave, 2π/q_max", 2 * pi / spectrum.breaks[-1]
-    longest = "longest wave of a scan" if scanned else "longest wave"
+    longest = "longest wave of a scan" if scene.scanned else "longest wave"
     yield longest, "the longest wave, 2π/q_min", 2 * pi / spectrum.breaks[0]
 
 

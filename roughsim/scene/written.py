@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from roughsim.scene.schema import SECTIONS, literal, shortened, unit_of
-from roughsim.show.table import Column, Row, Table, significant
+from roughsim.show.table import Table, significant, table_of
 
 _TEXTURE = (
     "lay, its angle, of one octave: lay, angle, q from, to; skewness, kurtosis, share beyond 8 rms, slope of tops, "
@@ -45,16 +45,15 @@ def toml_of(content: Mapping[str, Any]) -> str:
 
 def scene_table(content: Mapping[str, Any]) -> Table:
     """Return a row for each key of the sections with a value, in SI; of a table C(q) the number of its rows."""
-    rows: list[Row] = []
+    rows = []
     for name, section in content.items():
         for key, value in section.items() if isinstance(section, dict) else ():
             text = significant(value, 6) if isinstance(value, float) else shortened(literal(value))
             if key in _TABLES:
                 text = f"table of {len(value)} rows"
-            rows.append((f"{name}.{key}", text, _unit(name, key, value)))
-    return Table(
-        [Column("key"), Column("value", number=True), Column("unit")], rows, content["title"]
-    )
+            unit = _unit(name, key, value)
+            rows.append({"key": f"{name}.{key}", "value": text, "unit": unit})
+    return table_of(rows, content["title"], texts=("key", "unit"))
 
 
 def _key_line(section: str, key: str, value: Any) -> str:

@@ -18,11 +18,25 @@ def table_bytes(
 ) -> bytes:
     """Return a file of rows by its ending in `TABLES`: of .json it has `values`, which describe and hold the rows.
 
-    A .csv without rows has the columns `empty`.
+    A .csv has all keys of the rows, or those of `empty` without rows; None or no value is an empty cell. ImportError
+    for .parquet without pandas or pyarrow.
     """
     if ending == ".json":
         return (json.dumps(values(), indent=1) + "\n").encode()
-    return csv_bytes(rows, empty) if ending == ".csv" else parquet_bytes(rows)
+    if ending == ".csv":
+        names = dict.fromkeys(name for row in rows for name in row) or dict.fromkeys(empty)
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(names), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        return text.getvalue().encode()
+    buffer = io.BytesIO()
+    try:
+        data_frame(rows).to_parquet(buffer)
+    except ImportError:
+        message = "a .parquet needs pandas and pyarrow; type: pip install pandas pyarrow"
+        raise ImportError(message) from None
+    return buffer.getvalue()
 
 
 def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> Any:
@@ -33,25 +47,3 @@ def data_frame(rows: Sequence[Mapping[str, Any]], index: str | None = None) -> A
         raise ImportError("pandas is not installed; type: pip install pandas") from None
     frame = pandas.DataFrame([dict(row) for row in rows])
     return frame if index is None else frame.set_index(index)
-
-
-def csv_bytes(rows: Sequence[Mapping[str, Any]], empty: Sequence[str] = ()) -> bytes:
-    """Return rows as CSV, with all their keys, or those of `empty` without rows; None or no value is an empty cell."""
-    names = dict.fromkeys(name for row in rows for name in row) or dict.fromkeys(empty)
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(names), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
-def parquet_bytes(rows: Sequence[Mapping[str, Any]]) -> bytes:
-    """Return rows as Parquet; ImportError without pandas or pyarrow."""
-    buffer = io.BytesIO()
-    try:
-        data_frame(rows).to_parquet(buffer)
-    except ImportError:
-        raise ImportError(
-            "a .parquet needs pandas and pyarrow; type: pip install pandas pyarrow"
-        ) from None
-    return buffer.getvalue()

@@ -3,7 +3,7 @@
 Every ± is a total error that holds with 95 %. Value and error both end at the second digit of the error.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10
 from shutil import get_terminal_size
@@ -206,6 +206,26 @@ def _block_lines(columns: Sequence[tuple[Column, list[str], int]], width: int) -
                 cells.append(blank + text if column.number else text + blank)
             lines.append((" " * _GAP).join(cells).rstrip())
     return lines
+
+
+def table_of(
+    rows: Sequence[Mapping[str, Cell]],
+    title: str = "",
+    notes: Sequence[str] = (),
+    *,
+    names: Sequence[str] = (),
+    texts: Sequence[str] = (),
+) -> Table:
+    """Return a table of rows by the titles of their columns; a cell that a row lacks is empty.
+
+    Columns are aligned as numbers, but for those of `names` and of `texts`. The heads are those before the first
+    `Number`.
+    """
+    titles = [*dict.fromkeys(name for row in rows for name in row)]
+    columns = [Column(name, name not in (*names, *texts), name in names) for name in titles]
+    cells = [[row.get(name, "") for name in titles] for row in rows]
+    numbers = (k for row in cells for k, cell in enumerate(row) if isinstance(cell, Number))
+    return Table(columns, cells, title, notes, min(numbers, default=1))
 
 
 def significant(value: float, digits: int) -> str:

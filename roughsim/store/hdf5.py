@@ -5,12 +5,10 @@ Members are read by the low-level interface of h5py, in two thirds of the time o
 Modules import it inside functions, because h5py is slow to import.
 """
 
-import io
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from math import prod
 from typing import Any
 
-import h5py
 import numpy as np
 from h5py import h5d, h5l, h5s, h5t
 from numpy.typing import NDArray
@@ -21,16 +19,6 @@ _LARGEST_CHUNK = 256  # points along a side of a map: viewers read a part of a l
 _UNPACKED = {
     "heights"
 }  # gzip takes ten times as long as writing them, and leaves 84 %; of a pressure it leaves 10 %
-
-
-def hdf5_bytes(fill: Callable[[Any], None]) -> bytes:
-    """Return the bytes of an HDF5 file that `fill` fills, made in memory: HDF5 never meets a full disk."""
-    image = (
-        io.BytesIO()
-    )  # not the core driver: before HDF5 2.0 its images of v110 files have a stale checksum
-    with h5py.File(image, "w", libver="v110") as file:
-        fill(file)
-    return image.getvalue()
 
 
 def write_arrays(

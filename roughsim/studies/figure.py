@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from roughsim.results.columns import observables_of
 from roughsim.studies.results import SPEED, StudyResults
-from roughsim.studies.tables import value_text, words_of
+from roughsim.studies.tables import key_text, value_text, words_of
 from roughsim.table import AXES, Estimate
 
 if TYPE_CHECKING:  # matplotlib is slow to import
@@ -147,8 +147,7 @@ def _title(study: StudyResults, choice: Choice) -> str:
     title = f"{study.folder.resolve().name}: {study.finished} of {len(study.points)} points"
     for key, name in study.keys.items():
         if name not in (choice.x, choice.family):
-            words, _, unit = words_of(key)[0].partition(", ")
-            title += f"; {words} {value_text(key, choice.fixed[name])} {unit}".rstrip()
+            title += f"; {key_text(key, choice.fixed[name])}"
     return title
 
 

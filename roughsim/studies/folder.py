@@ -167,7 +167,7 @@ def refuse_other(folder: Path, description: Description) -> None:
         return
     before = read(folder)
     there, here = before.scene.identity(), description.scene.identity()
-    for key in dict.fromkeys((*there, *here)):
+    for key in there | here:
         if there.get(key) != here.get(key):
             raise RecordError(
                 f"{folder} holds a study of another scene: {key} is {there.get(key, 'absent')} there and "
@@ -222,7 +222,7 @@ def refuse_other_scene(
     """
     if checksum(identity) == description.identities[point.name]:
         return
-    varied = {key: json_value(value) for key, value in point.values.items()}
+    varied = json_value(point.values)
     key = next((key for key, value in varied.items() if identity.get(key, value) != value), None)
     differs = (
         "another key of its scene differs"

@@ -11,10 +11,11 @@ from roughsim.results.columns import estimated_columns, observables_of, results_
 from roughsim.results.description import folder_state
 from roughsim.results.folder import open_run
 from roughsim.results.run import Run
+from roughsim.results.table import Results
 from roughsim.show.remarks import of_several
 from roughsim.studies.folder import Description, read, refuse_other_scene
 from roughsim.studies.vary import Point, key_quantity, plain_value, short_names
-from roughsim.table import Estimate, Results, concat
+from roughsim.table import Estimate, concat
 
 SPEED = "speed"  # axis of the results
 LATER = "levels of the study"  # choice of the reason of a point that came later and has the levels of the others
@@ -114,12 +115,11 @@ class StudyResults:
         for point, run in self.results:
             estimate = run.estimate("flash_temperature")
             hot = estimate.mean > 0.0
-            parts = {}
-            for part in _LIMITS:
-                if part in estimate.budget:
-                    parts[part] = float(
-                        np.nanmax(estimate.budget[part][hot] / estimate.mean[hot], initial=0.0)
-                    )
+            parts = {
+                name: float(np.nanmax(part[hot] / estimate.mean[hot], initial=0.0))
+                for name, part in estimate.budget.items()
+                if name in _LIMITS
+            }
             worst = max(parts, key=parts.__getitem__)
             if parts[worst] > (self.target_error or run.until.get("flash_temperature", inf)):
                 result[point.name] = worst, parts[worst]
@@ -149,7 +149,9 @@ class StudyResults:
             own = run.scene.directions
             if "sliding.direction" in self.keys and len(own) == 1:
                 found = found.sel(direction=own[0])
-            known |= {name: one.alike_in(self._directions) for name, one in found.items()}
+            known |= {
+                name: one.by_direction(self._directions, alike=True) for name, one in found.items()
+            }
         return Results({name: known[name] for name in observables if name in known})
 
     def table(

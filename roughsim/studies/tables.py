@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from roughsim.estimate.asked import ABOUT, ASKED
+from roughsim.estimate.levels import FLASH
 from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.theories import THEORIES
@@ -67,13 +68,19 @@ def value_text(key: str, value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 14]} … {text[-11:]}"
 
 
-def study_table(study: StudyResults, observable: str = "flash_temperature") -> Table:
-    """Return a row for each point: the varied values, theory and simulation at the highest speed, and the trend."""
-    by_column = _at_highest_speed(study, observable)
-    trends = _trends_at_highest_speed(study, observable)
+def key_text(key: str, value: Any) -> str:
+    """Return a varied key with its value in words: "nominal pressure 5 MPa"."""
+    words, _, unit = words_of(key)[0].partition(", ")
+    return f"{words} {value_text(key, value)} {unit}".rstrip()
+
+
+def study_table(study: StudyResults) -> Table:
+    """Return a row for each point: the varied values, T_flash at the highest speed, and its trend."""
+    by_column = _at_highest_speed(study, FLASH)
+    each = sorted(trends_of(study, FLASH, None), key=lambda trend: trend["speed"] or 0.0)
+    trends = {(one["point"], one["key"], one.get(DIRECTION)): one for one in each}
     sources = [*THEORIES, study.column, *([SLIDING] if SLIDING in by_column else [])]
     shown = [by_column[source] for source in sources if source in by_column]
-    unit = shown[0].unit if shown else UNITS[observable]
     marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
     paired = [name for name in study.keys.values() if any(name == key for _, key, _ in trends)]
     parts = _by_direction(by_column)
@@ -81,7 +88,7 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
         *(words_of(key)[0] for key in study.keys),
         *([words_of(DIRECTION)[0]] if len(parts) > 1 or None not in parts else []),
         "n",
-        *(with_unit(source, unit) for source in sources),
+        *(with_unit(source, UNITS[FLASH]) for source in sources),
         *(f"∂ln/∂ln {name.replace('_', ' ')}" for name in paired),
     ]
     columns = [Column(title, number=True) for title in titles]
@@ -92,9 +99,10 @@ def study_table(study: StudyResults, observable: str = "flash_temperature") -> T
     for point, (angle, values) in [*product(study.points, parts.items())][:_MOST_ROWS]:
         row: list[Cell] = [*_key_cells(study, point), *_cells_of(angle), counts[point.name]]
         row += [_cell(values.get(source), point.place) for source in sources]
-        row += [_exponent(trends.get((point.name, name, angle))) for name in paired]
+        found = [trends.get((point.name, name, angle)) for name in paired]
+        row += [Number(x["exponent"], "1", x["exponent_error"]) if x else "" for x in found]
         rows.append([*row, _mark(values.values(), point.place)] if marks else row)
-    notes = _notes(study, observable, _unknown_parts(shown), marks, trends)
+    notes = _notes(study, _unknown_parts(shown), marks, trends.values())
     return Table(columns, rows, study.scene.title, notes, len(study.keys))
 
 
@@ -168,10 +176,9 @@ def _key_cells(study: StudyResults, point: Point) -> list[str]:
 
 def _notes(
     study: StudyResults,
-    observable: str,
     unknown: Collection[str],
     marks: Collection[str],
-    trends: Mapping[tuple[str, str, float | None], dict[str, Any]],
+    trends: Collection[dict[str, Any]],
 ) -> list[str]:
     """Return the sentences below the table."""
     notes = [
@@ -183,19 +190,11 @@ def _notes(
         notes.append(
             f"The first {_MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds."
         )
-    notes.append(f"{observable} at the highest speed of each point; ± total error, 95 %.")
+    notes.append(f"{FLASH} at the highest speed of each point; ± total error, 95 %.")
     notes += marks_in_words(unknown, marks)
     if trends:
         notes.append(_PAIRED)
-    return [*notes, *_missing_notes(trends.values()), *marked(study.warnings)]
-
-
-def _trends_at_highest_speed(
-    study: StudyResults, observable: str
-) -> dict[tuple[str, str, float | None], dict[str, Any]]:
-    """Return the trends by point, name of the key, and direction."""
-    trends = sorted(trends_of(study, observable, None), key=lambda trend: trend["speed"] or 0.0)
-    return {(trend["point"], trend["key"], trend.get(DIRECTION)): trend for trend in trends}
+    return [*notes, *_missing_notes(trends), *marked(study.warnings)]
 
 
 def _counts(study: StudyResults) -> dict[str, str]:
@@ -208,11 +207,6 @@ def _counts(study: StudyResults) -> dict[str, str]:
 def _cell(estimate: Estimate | None, place: tuple[int, ...]) -> Cell:
     """Return the value of a point with its total error."""
     return "–" if estimate is None else estimate.number(*place)
-
-
-def _exponent(trend: dict[str, Any] | None) -> Cell:
-    """Return the exponent of a trend with its statistical error."""
-    return "" if trend is None else Number(trend["exponent"], "1", trend["exponent_error"])
 
 
 def _mark(estimates: Iterable[Estimate], place: tuple[int, ...]) -> str:

@@ -120,7 +120,7 @@ def study(
     points = {name: each for name, each in scenes.items() if name}
     bar = None
     if progress and observer is None:
-        from roughsim.studies.progress import StudyProgress  # rich is slow to import
+        from roughsim.ensemble.progress import StudyProgress  # rich is slow to import
 
         bar = StudyProgress(len(points))
         observer = bar.update

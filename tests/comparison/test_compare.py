@@ -10,7 +10,6 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.compare import comparison_table
 from roughsim.estimate.levels import values_of
 from roughsim.observables.catalogue import OBSERVABLES, UNITS, observables_of
 from roughsim.observables.record import Observable
@@ -355,7 +354,7 @@ def test_the_calibrated_law_stands_after_theory_where_it_was_compared_with_conta
         *("flash_gradient", "flash_laplacian", "flash_width", "slope_length"),
         *("correlation_radius_10", "correlation_radius_0"),
     }
-    shown = comparison_table(table)
+    shown = table.table()
     titles = [column.title for column in shown.columns]
     assert titles[2:6] == ["theory", "calibrated", "smoothed", "capped"]
     assert shown.cells(3)[2] == f"{expected:.4g}"

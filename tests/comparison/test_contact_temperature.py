@@ -7,7 +7,6 @@ import pytest
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import theory_dict, theory_table
 
 TIME = 3e-5  # s
@@ -76,10 +75,7 @@ def test_the_row_is_the_flash_temperature_and_an_exact_warming(runs):
     expected = np.array(told["flash_temperature"]) + 0.8 * warm
     np.testing.assert_allclose(told["contact_temperature"], expected, rtol=1e-12)
     assert "T₀ + T_flash, K" in [column.title for column in theory_table(scene).columns]
-    assert any(
-        note.startswith("contact_temperature: T₀ + T_flash")
-        for note in comparison_table(table).notes
-    )
+    assert any(note.startswith("contact_temperature: T₀ + T_flash") for note in table.table().notes)
 
 
 def test_the_ratios_are_those_of_the_sums(runs):

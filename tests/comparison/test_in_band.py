@@ -7,7 +7,6 @@ import pytest
 from damage_cases import forged
 
 import roughsim as rs
-from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.slope import stress_slope
 
 
@@ -47,7 +46,7 @@ def test_the_error_of_the_slope_is_the_scatter_of_the_realizations(full_scene, t
 
 def test_the_slope_stands_under_the_table_and_in_the_json(full):
     table = rs.compare(full)
-    line = comparison_table(table).notes[0]
+    line = table.table().notes[0]
     assert line.startswith("slope of |σ_q|² from 6.28e+03 to 1e+05 rad/m: elastic -1.58")
     assert line.endswith("(statistical, 95 %), theory -1.60")
     (told,) = table.to_dict()["stress_slopes"]
@@ -61,7 +60,7 @@ def test_the_slope_of_one_realization_has_an_unknown_error(full, full_scene, tmp
         slopes = (stress_slope(one),)
 
     alone = OfOneRealization(full, {}, rs.compare(full).flash)
-    assert "± unknown (statistical" in comparison_table(alone).notes[0]
+    assert "± unknown (statistical" in alone.table().notes[0]
     assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity
 
 

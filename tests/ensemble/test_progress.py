@@ -13,8 +13,7 @@ from some_rows import some
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.ensemble.progress import Progress, progress_text
-from roughsim.studies.progress import StudyProgress
+from roughsim.ensemble.progress import Progress, StudyProgress, progress_text
 
 
 class Broken(io.StringIO):

@@ -237,7 +237,8 @@ def test_the_table_of_an_estimate_has_a_column_for_each_part_and_a_row_for_each_
         )
     named = replace(found, coords={"speed": np.array([0.5, 2.0])})
     assert [row[0] for row in named.table().rows] == ["0.5", "2"]
-    assert [part.value for part in found.parts(0, ("scan", "pixel"))] == pytest.approx(
+    row = found.row((0,), ("scan", "pixel"))
+    assert [row[title].value for title in ("scan", "pixel", "finest − mean")] == pytest.approx(
         [0.0, 0.4, -0.9]
     )
 

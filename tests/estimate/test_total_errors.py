@@ -10,7 +10,6 @@ from stored_cases import split_members
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import budget_table
 from roughsim.estimate import cell_size
 from roughsim.outputs import run_report as report
@@ -91,7 +90,7 @@ def test_a_run_of_a_rough_surface_is_continued_with_its_own_exponent(
 
 @pytest.mark.slow
 def test_the_table_prints_total_errors(partial):
-    cells = {str(cell) for row in comparison_table(rs.compare(partial)).rows for cell in row}
+    cells = {str(cell) for row in rs.compare(partial).table().rows for cell in row}
     wanted = set(expected(partial, UNITS))
     assert len(wanted) > 30
     assert wanted <= cells
@@ -100,7 +99,7 @@ def test_the_table_prints_total_errors(partial):
 
 def test_the_table_prints_the_total_errors_of_ratios(partial):
     comparison = rs.compare(partial)
-    table = comparison_table(comparison)
+    table = comparison.table()
     (cells,) = (
         table.cells(k)
         for k, column in enumerate(table.columns)
@@ -129,7 +128,7 @@ def test_the_table_prints_the_total_errors_of_ratios(partial):
 
 
 def test_the_page_prints_total_errors(partial):
-    page = html_table(comparison_table(rs.compare(partial))) + report.errors_section(partial)
+    page = html_table(rs.compare(partial).table()) + report.errors_section(partial)
     shown = set(re.findall(r">([^<>]+ ± [^<>]+)</td>", page))
     assert {text.replace("-", "−") for text in expected(partial, UNITS)} <= shown
 

@@ -30,7 +30,6 @@ import h5py, roughsim as rs
 from roughsim.results.export import export_run
 from roughsim.outputs.run_report import errors_section
 from roughsim.show.markup import html_table
-from roughsim.comparison.compare import comparison_table
 from roughsim.show.table import table_text
 
 scene = rs.load_scene("own.toml")
@@ -39,8 +38,8 @@ assert rs.load_scene("again.toml") == scene
 run = rs.run(scene, "out")
 found = rs.open_run("out").estimate("stress_length")
 table = rs.compare(rs.open_run("out"))
-Path("table.txt").write_text(table_text(comparison_table(table)))
-Path("report.html").write_text(errors_section(run) + html_table(comparison_table(table)))
+Path("table.txt").write_text(table_text(table.table()))
+Path("report.html").write_text(errors_section(run) + html_table(table.table()))
 export_run(run, "out.h5")
 with h5py.File("out.h5") as file:
     stored = file["members/pressure_variance_over_q"]

@@ -10,7 +10,6 @@ from soft_scene import RUBBER
 import roughsim as rs
 from roughsim import prediction
 from roughsim.charts import curves as chart
-from roughsim.comparison.compare import comparison_table
 from roughsim.comparison.tables import theory_dict
 from roughsim.estimate import cell_size
 from roughsim.outputs import run_report as report
@@ -99,7 +98,7 @@ def test_table_chart_page_and_theory_say_the_same_number(compared, no_pictures):
         x["theory"] for x in compared.to_dict()["rows"] if x["observable"] == "flash_temperature"
     ]
     assert whole == said
-    table = comparison_table(compared)
+    table = compared.table()
     (theory,) = (
         table.cells(k) for k, column in enumerate(table.columns) if column.title == "theory"
     )
@@ -129,7 +128,7 @@ def test_the_ratio_is_to_the_theory_of_the_same_modes_and_a_note_says_so(compare
     assert ratio.mean == pytest.approx(
         measured * run.heat_partition[-1] / row.theories["theory_same_modes"], rel=1e-12
     )
-    table = comparison_table(compared)
+    table = compared.table()
     assert f"{column}_over_theory" in [column.title for column in table.columns]
     assert any("The ratio to theory is over the modes of the cell" in note for note in table.notes)
 

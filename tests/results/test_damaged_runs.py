@@ -89,7 +89,7 @@ def test_a_run_whose_first_member_is_damaged_has_the_versions_of_the_next(folder
     path.write_bytes(path.read_bytes()[:1000])
     run = rs.open_run(folder, damaged="skip")
     of_next = read_member(whole.folder, 0, 1).provenance["versions"]
-    assert json.loads(attributes_of(run.scene, run.members)["versions"]) == of_next
+    assert json.loads(attributes_of(run.members)["versions"]) == of_next
 
 
 def foreign(whole, elsewhere, how):

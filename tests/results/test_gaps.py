@@ -7,7 +7,6 @@ from stored_cases import member_path
 
 import roughsim as rs
 from roughsim.cli import main
-from roughsim.comparison.compare import comparison_table
 from roughsim.explore.content import WatchedRun
 from roughsim.results import folder as folder_module
 from roughsim.store.claims import Claims
@@ -26,7 +25,7 @@ def test_a_missing_member_in_the_middle_is_named_and_what_follows_is_said(folder
     assert rs.status(run).to_dict()["missing"] == rs.status(run).to_dict()["lost"] == run.missing
     assert any(note.startswith(said) for note in rs.compare(run).notes())
     assert rs.compare(run).to_dict()["missing"] == run.missing
-    assert any(note.startswith(said) for note in comparison_table(rs.compare(run)).notes)
+    assert any(note.startswith(said) for note in rs.compare(run).table().notes)
 
 
 def test_members_beyond_a_lowered_maximum_are_not_lost(folder):

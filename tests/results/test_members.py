@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -24,9 +25,9 @@ LEVELS = (
 @pytest.fixture
 def members():
     """Five members of each level; index 1 failed in smoothed contact, index 2 at the second capped level."""
-    table = Members(
-        Path("run"), RunDescription({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {}), SPEEDS, "refuse"
-    )
+    scene = SimpleNamespace(speeds=SPEEDS, lay=1.0)
+    description = RunDescription({}, Numerics(LEVELS, (2.0e-3, 1.5e-3)), {})
+    table = Members(Path("run"), description, scene, "refuse")
     table.counts = (5,) * 4
     for level in range(4):
         for index in range(5):

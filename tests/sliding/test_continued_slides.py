@@ -9,7 +9,6 @@ from slide_cases import sliding_scene
 import roughsim as rs
 from roughsim import prediction
 from roughsim.charts.plot import plot_run
-from roughsim.comparison.compare import comparison_table
 from roughsim.scene import SceneError
 
 SLIDE = 1  # its level
@@ -77,7 +76,7 @@ def test_chart_and_notes_state_how_far_slides_were_followed(continued, drawn):
     ]
     assert "2 members, followed over 1 of 3 mm" in charts[0]
     assert "followed over" not in charts[1]  # where they ended nothing is added
-    notes = [" ".join(comparison_table(rs.compare(one)).notes) for one in continued]
+    notes = [" ".join(rs.compare(one).table().notes) for one in continued]
     assert (
         "Slides are followed over 1 of 3 mm; the theory of sliding, calibrated multiplies"
         in notes[0]

@@ -10,7 +10,6 @@ from stored_cases import member_path, read_member, split_members
 import roughsim as rs
 from roughsim import prediction
 from roughsim.charts.plot import plot_run
-from roughsim.comparison.compare import comparison_table
 from roughsim.ensemble.status import losses
 from roughsim.errors import ConvergenceError
 from roughsim.planning.realization import slide_problem
@@ -202,7 +201,7 @@ def test_the_theory_of_two_bodies_stands_beside_it(run):
     assert told["flash_temperature", 35.0] == slid.flash_temperature[1]
     assert told["heat_partition", 1.0] == slid.heat_partition[0]
     assert told["flash_width", 1.0] is None
-    shown = comparison_table(table)
+    shown = table.table()
     titles = [column.title for column in shown.columns]
     at = titles.index("sliding")
     assert titles[at + 1] == "sliding, calibrated"
@@ -325,9 +324,7 @@ def test_after_a_duration_the_column_has_the_background_of_the_slide(tmp_path):
         assert total.mean - flash.mean == pytest.approx(
             np.mean([one.background[k, at] for one in slid]), rel=1e-9
         )
-    assert any(
-        "but in the column sliding from the slide" in note for note in comparison_table(table).notes
-    )
+    assert any("but in the column sliding from the slide" in note for note in table.table().notes)
 
 
 def test_one_rough_face_rests_and_its_one_contact_slides_on(tmp_path, drawn):
