@@ -36,7 +36,7 @@ STAGES = {
     "members read": ["results.members:Members.read", "results.members:Members.sample"],
     "rounds judged": ["estimate.rounds:judge"],
     "hand-out": ["ensemble.run:run"],
-    "comparison": ["comparison.compare:compare", "comparison.compare:comparison_table"],
+    "comparison": ["comparison.compare:compare", "comparison.compare:Comparison.table"],
     "theory of plan and comparison": [
         "prediction:predictions",
         "prediction:mode_sums",
@@ -166,7 +166,7 @@ def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
                 clock.lap()
                 clock.seconds.clear()
             result = run.run(scene, Path(folder) / f"run{repetition}")
-            compare.comparison_table(compare.compare(rs.open_run(result.folder)))
+            compare.compare(rs.open_run(result.folder)).table()
     clock.lap()
     stages = Counter[str]()
     for (stage, _), seconds in clock.seconds.items():
