@@ -90,6 +90,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/coverage.py --lays 6100 --evidence
 	$(MEASURE) experiments/cut_ladders.py --evidence
 	$(MEASURE) experiments/pixel_falls.py --evidence
+	$(MEASURE) experiments/trends.py --evidence
 	$(MEASURE) benchmarks/chain.py --evidence
 	$(MEASURE) benchmarks/skin.py --evidence
 	$(MEASURE) benchmarks/heat.py --points 0 --evidence

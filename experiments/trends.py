@@ -1,6 +1,6 @@
 """How often the ± of the exponents ∂ln/∂ln of a study holds the truth: many small studies against a long one.
 
-    python experiments/trends.py [--toy] [-o FOLDER] [--studies N] [--long N]
+    python experiments/trends.py [--toy] [-o FOLDER] [--studies N] [--long N] [--evidence]
 
 Each study varies one number of a rough steel on small grids. Its runs end with 16 realizations of the lower level, or
 with "target" at a total error of 6 % of T_flash, of which that of the small cell is a part. C(q) ends at the higher
@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from script import Command
+from script import Command, write_evidence
 
 import roughsim as rs
 
@@ -108,15 +108,28 @@ def chart(results: dict[str, np.ndarray], path: Path) -> None:
 
 def main() -> None:
     command = Command(__file__, __doc__, "four studies")
-    command.add_argument("--studies", type=int, default=40, help="small studies of each kind")
-    command.add_argument("--long", type=int, default=1200, help="realizations of the long study")
+    command.add_argument("--studies", type=int, default=20, help="small studies of each kind")
+    command.add_argument("--long", type=int, default=400, help="realizations of the long study")
     options = command.parse()
     studies, most = (4, 40) if options.toy else (options.studies, options.long)
     names = list(VARY)[:1] if options.toy else list(VARY)
-    chart(
-        {name: told(name, options.output, studies, most) for name in names},
-        options.output / "trends.png",
-    )
+    results = {name: told(name, options.output, studies, most) for name in names}
+    chart(results, options.output / "trends.png")
+    if options.evidence:
+        # a study has a trend of T_flash at three speeds for each of the area
+        parts = {
+            "flash": [off[: 3 * len(off) // 4] for off in results.values()],
+            "area": [
+                off[3 * len(off) // 4 :] for name, off in results.items() if "cut" not in name
+            ],
+            "cut": [off[3 * len(off) // 4 :] for name, off in results.items() if "cut" in name],
+        }
+        numbers = {}
+        for name, offs in parts.items():
+            every = np.concatenate(offs).ravel()
+            numbers[name] = str(every.size)
+            numbers[f"{name}_hold"] = str(np.count_nonzero(np.abs(every) <= 1.0))
+        write_evidence("trends", "python experiments/trends.py --evidence", numbers=numbers)
 
 
 if __name__ == "__main__":
