@@ -127,8 +127,8 @@ def main() -> None:
         numbers = {}
         for name, offs in parts.items():
             every = np.concatenate(offs).ravel()
-            numbers[name] = str(every.size)
-            numbers[f"{name}_hold"] = str(np.count_nonzero(np.abs(every) <= 1.0))
+            numbers[name] = every.size
+            numbers[f"{name}_hold"] = int(np.count_nonzero(np.abs(every) <= 1.0))
         write_evidence("trends", "python experiments/trends.py --evidence", numbers=numbers)
 
 
