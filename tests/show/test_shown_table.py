@@ -3,7 +3,7 @@
 import pytest
 
 from roughsim.cli.words import print_parts
-from roughsim.show.table import Column, Number, Table, table_text
+from roughsim.show.table import Column, Number, Table, table_of, table_text
 
 COLUMNS = (
     Column("observable", name=True),
@@ -105,3 +105,20 @@ def test_a_name_is_written_again_where_a_name_to_its_left_is_another():
         "area",
         "",
     ]  # all rows are of one group
+
+
+def test_rows_by_titles_make_columns_in_their_order():
+    rows = [{"name": "a", "v": "1", "T": Number(2.0)}, {"name": "b", "T": Number(3.0), "n": "x"}]
+    table = table_of(rows, "title", ["note"], names=["name"], texts=["n"])
+    assert [(c.title, c.number, c.name) for c in table.columns] == [
+        ("name", False, True),
+        ("v", True, False),
+        ("T", True, False),
+        ("n", False, False),
+    ]
+    assert [list(row) for row in table.rows] == [
+        ["a", "1", Number(2.0), ""],
+        ["b", "", Number(3.0), "x"],
+    ]
+    assert (table.title, table.notes, table.heads) == ("title", ["note"], 2)
+    assert table_of([{"v": "1", "w": "2"}]).heads == 1  # without a number
