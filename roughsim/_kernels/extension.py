@@ -35,17 +35,21 @@ def extend(stages, rows, _, bottom, free, field, parents, pyramid):
     top = len(levels) - 1
     # made here: the compiler then proves that these do not overlap, and the loops of `pull` are a third faster
     size = 2 * value.shape[1] + 2
-    line, doubled = np.empty(size, value.dtype), np.empty(size, value.dtype)
+    line = np.empty(size, value.dtype)
+    doubled = np.empty(size, value.dtype)
     if stages & FIRST:
         _push_finest(rows[0], rows[1], free, field, weight, value, inverse)
     if stages & UP:
         for i in range(bottom, top):
-            weight, value = _plane(weights, levels, i), _plane(values, levels, i)
-            above, mean = _plane(weights, levels, i + 1), _plane(values, levels, i + 1)
+            weight = _plane(weights, levels, i)
+            value = _plane(values, levels, i)
+            above = _plane(weights, levels, i + 1)
+            mean = _plane(values, levels, i + 1)
             push(weight, value, above, mean, _plane(inverses, levels, i + 1), line, doubled)
     if stages & DOWN:
         for i in range(top - 1, bottom - 1, -1):
-            weight, value = _plane(weights, levels, i), _plane(values, levels, i)
+            weight = _plane(weights, levels, i)
+            value = _plane(values, levels, i)
             pull(0, weight.shape[0], weight, _plane(values, levels, i + 1), value, line, doubled)
     if stages & LAST:
         pull(rows[0], rows[1], free, parents[1], field, line, doubled)
@@ -77,15 +81,20 @@ def transpose(
     if stages & UP:
         for i in range(bottom, top):
             parent = _plane(sources, levels, i + 1)
-            weight, source = _plane(weights, levels, i), _plane(sources, levels, i)
+            weight = _plane(weights, levels, i)
+            source = _plane(sources, levels, i)
             gather(0, parent.shape[0], weight, source, parent, line)
     if stages & DOWN:
         for i in range(top - 1, bottom - 1, -1):
-            weight, source = _plane(weights, levels, i), _plane(sources, levels, i)
-            parent, share = _plane(sources, levels, i + 1), _plane(inverses, levels, i + 1)
+            weight = _plane(weights, levels, i)
+            source = _plane(sources, levels, i)
+            parent = _plane(sources, levels, i + 1)
+            share = _plane(inverses, levels, i + 1)
             for k in range(source.shape[0]):
                 scatter(k, weight, parent, share, source, line)
-    cross, own, zero = 0.0, 0.0, field.dtype.type(0.0)
+    cross = 0.0
+    own = 0.0
+    zero = field.dtype.type(0.0)
     if stages & LAST:
         for i in range(rows[0], rows[1]):
             # the products of a row are summed while the row is in the cache
@@ -100,7 +109,9 @@ def transpose(
 def _push_finest(start, stop, free, field, weight, value, inverse):
     """Fill the parent rows of the rows start … stop − 1 (start even): weight, mean, 1/Σ weights."""
     columns = field.shape[1]
-    one, third, zero = field.dtype.type(1.0), field.dtype.type(1.0 / 3.0), field.dtype.type(0.0)
+    one = field.dtype.type(1.0)
+    third = field.dtype.type(1.0 / 3.0)
+    zero = field.dtype.type(0.0)
     for i in range(start, stop, 2):
         k = min(i + 1, field.shape[0] - 1)
         second = one if k > i else zero  # an odd last row has no partner
@@ -108,7 +119,8 @@ def _push_finest(start, stop, free, field, weight, value, inverse):
         row = i // 2
         # free points are counted as integers, and the field needs no weights: it is zero elsewhere
         for j in range(columns // 2):
-            a, b = 2 * j, 2 * j + 1
+            a = 2 * j
+            b = 2 * j + 1
             count = field.dtype.type(free[i, a] + free[i, b] + bit * (free[k, a] + free[k, b]))
             total = field[i, a] + field[i, b] + second * (field[k, a] + field[k, b])
             share = one / max(count, one) if count > zero else zero
@@ -116,7 +128,8 @@ def _push_finest(start, stop, free, field, weight, value, inverse):
             value[row, j] = total * share
             weight[row, j] = min(one, count * third)
         if columns % 2:  # an odd last column likewise
-            j, a = columns // 2, columns - 1
+            j = columns // 2
+            a = columns - 1
             count = field.dtype.type(free[i, a] + bit * free[k, a])
             share = one / max(count, one) if count > zero else zero
             inverse[row, j] = share
@@ -136,8 +149,10 @@ def push(
 ):
     """Fill the parents: weight, weighted mean, 1/Σ weights; `totals` and `sums` are buffers for one row."""
     rows, columns = weight.shape
-    high, wide = rows > parent_weight.shape[0], columns > parent_weight.shape[1]
-    one, zero = value.dtype.type(1.0), value.dtype.type(0.0)
+    high = rows > parent_weight.shape[0]
+    wide = columns > parent_weight.shape[1]
+    one = value.dtype.type(1.0)
+    zero = value.dtype.type(0.0)
     part = value.dtype.type(1.0 / 3.0 if high and wide else 1.0 / WHOLE)
     totals[columns], sums[columns] = zero, zero  # the partner of an odd last column
     for i in range(parent_weight.shape[0]):
@@ -155,7 +170,8 @@ def push(
                 parent_inverse[i, j] = totals[2 * j] + totals[2 * j + 1]
                 parent_value[i, j] = sums[2 * j] + sums[2 * j + 1]
             else:
-                parent_inverse[i, j], parent_value[i, j] = totals[j], sums[j]
+                parent_inverse[i, j] = totals[j]
+                parent_value[i, j] = sums[j]
         for j in range(parent_weight.shape[1]):
             total = parent_inverse[i, j]
             inverse = one / total if total > zero else zero
@@ -167,9 +183,14 @@ def push(
 @kernel(inline=True)
 def pull(start, stop, weight, parent, value, line, doubled):
     """Write w v + (1 − w)·(interpolation of the parents) in the rows start … stop − 1."""
-    columns, (height, width) = weight.shape[1], parent.shape
-    kind, high, wide = parent.dtype.type, weight.shape[0] > height, columns > width
-    one, big, small = kind(1.0), kind(0.75), kind(0.25)
+    columns = weight.shape[1]
+    height, width = parent.shape
+    kind = parent.dtype.type
+    high = weight.shape[0] > height
+    wide = columns > width
+    one = kind(1.0)
+    big = kind(0.75)
+    small = kind(0.25)
     for i in range(start, stop):
         # interpolate across the rows first: one line of parents, with one more, periodic, at each end
         near = i // 2 if high else i
@@ -192,9 +213,15 @@ def pull(start, stop, weight, parent, value, line, doubled):
 @kernel(inline=True)
 def gather(start, stop, weight, source, parent, line):
     """Fill the parent rows start … stop − 1 with the transpose of the interpolation in `pull`."""
-    (rows, columns), (height, width) = source.shape, parent.shape
-    kind, high, wide = source.dtype.type, rows > height, columns > width
-    one, big, small, zero = kind(1.0), kind(0.75), kind(0.25), kind(0.0)
+    rows, columns = source.shape
+    height, width = parent.shape
+    kind = source.dtype.type
+    high = rows > height
+    wide = columns > width
+    one = kind(1.0)
+    big = kind(0.75)
+    small = kind(0.25)
+    zero = kind(0.0)
     for i in range(start, stop):
         # sum the four child rows that lean on this parent row
         for j in range(2 * width + 2):
@@ -219,7 +246,9 @@ def gather(start, stop, weight, source, parent, line):
 @kernel(inline=True)
 def scatter(i, weight, parent, inverse, source, line):
     """Write w (source + share of the parent) in row i: the push transposed."""
-    kind, columns, width = source.dtype.type, source.shape[1], parent.shape[1]
+    kind = source.dtype.type
+    columns = source.shape[1]
+    width = parent.shape[1]
     k = i // 2 if source.shape[0] > parent.shape[0] else i
     for j in range(width):
         if columns > width:
@@ -246,8 +275,10 @@ def scatter_load(
 
     Return Σ clip(p + change, 0, cap) and how many free points stay between the bounds.
     """
-    width, zero = parent.shape[1], change.dtype.type(0.0)
-    total, count = 0.0, 0
+    width = parent.shape[1]
+    zero = change.dtype.type(0.0)
+    total = 0.0
+    count = 0
     for i in range(start, stop):
         k = i // 2
         for j in range(width):

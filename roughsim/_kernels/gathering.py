@@ -31,7 +31,8 @@ def moments_of_columns(table, offset, moments):
     """Add Σ table·offset^k down each column to row k of `moments`, for all powers."""
     for r in range(table.shape[0]):
         for c in range(table.shape[1]):
-            w, x = table[r, c], offset[r, c]
+            w = table[r, c]
+            x = offset[r, c]
             for k in range(POWERS):
                 moments[k, c] += w
                 w *= x

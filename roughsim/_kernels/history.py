@@ -29,27 +29,36 @@ def remember(
     of ∫ exp(−(rate + D q² Δt) u) flux du over the past, u in steps.
     """
     count = rates.size
-    last_i, last_j = weights.shape[0] - 1, weights.shape[1] - 1
-    falls, falls_along, falls_across = np.exp(-rates), np.exp(-along), np.exp(-across)
+    last_i = weights.shape[0] - 1
+    last_j = weights.shape[1] - 1
+    falls = np.exp(-rates)
+    falls_along = np.exp(-along)
+    falls_across = np.exp(-across)
     for i in range(along.size):
         for j in range(across.size):
-            decay, direct = along[i] + across[j], latest[i, j]
+            decay = along[i] + across[j]
+            direct = latest[i, j]
             if decay > _FORGOTTEN:
                 result[i, j] = direct * new[i, j]
                 continue
             fall = falls_along[i] * falls_across[j]
-            real, imag = memory[i, j, 0], memory[i, j, 1]
+            real = memory[i, j, 0]
+            imag = memory[i, j, 1]
             weight = weights[min(i, last_i), min(j, last_j)]
-            new_real, new_imag = new[i, j].real, new[i, j].imag
-            old_real, old_imag = old[i, j].real, old[i, j].imag
-            total_real, total_imag = direct * new_real, direct * new_imag
+            new_real = new[i, j].real
+            new_imag = new[i, j].imag
+            old_real = old[i, j].real
+            old_imag = old[i, j].imag
+            total_real = direct * new_real
+            total_imag = direct * new_imag
             for k in range(count):
                 y = rates[k] + decay
                 left = falls[k] * fall
                 inverse = 1.0 / max(y, _SMALL)
                 mean = (1.0 - left) * inverse
                 # ∫₀¹ (1 − u) e^(−yu) du and ∫₀¹ u e^(−yu) du
-                late, early = (1.0 - mean) * inverse, (mean - left) * inverse
+                late = (1.0 - mean) * inverse
+                early = (mean - left) * inverse
                 small = y < _SMALL
                 late = 0.5 - y * (1 / 6 - y * (1 / 24 - y * (1 / 120 - y / 720))) if small else late
                 early = 0.5 - y * (1 / 3 - y * (1 / 8 - y * (1 / 30 - y / 144))) if small else early

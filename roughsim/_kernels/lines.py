@@ -49,11 +49,14 @@ def _rows_forward(execute, field, lines):
         execute(plans[0], source.ctypes.data, result.ctypes.data)
         # with rows x and y as x + iy the transform Z has X = (Z(k) + Z*(−k))/2 and Y = (Z(k) − Z*(−k))/2i
         for k in range(spectrum.shape[0]):
-            a, b = 2 * k, 2 * (columns - k if k else 0)
+            a = 2 * k
+            b = 2 * (columns - k if k else 0)
             for r in range(min(group, stop - first)):
                 c = 4 * (first + r)
-                real, imaginary = result[r, a], result[r, a + 1]
-                other, conjugate = result[r, b], result[r, b + 1]
+                real = result[r, a]
+                imaginary = result[r, a + 1]
+                other = result[r, b]
+                conjugate = result[r, b + 1]
                 spectrum[k, c] = real + other
                 spectrum[k, c + 1] = imaginary - conjugate
                 spectrum[k, c + 2] = imaginary + conjugate
@@ -65,15 +68,19 @@ def _rows_backward(execute, field, lines):
     """Undo `_rows_forward` but for factors."""
     start, stop, group, plans, source, result, spectrum = lines
     rows, columns = field.shape
-    one, zero = field.dtype.type(1.0), field.dtype.type(0.0)
+    one = field.dtype.type(1.0)
+    zero = field.dtype.type(0.0)
     for first in range(start, stop, group):
         for k in range(spectrum.shape[0]):
-            a, b = 2 * k, 2 * (columns - k)
+            a = 2 * k
+            b = 2 * (columns - k)
             share = zero if k == 0 or a == columns else one  # k = −k: both spectra are real there
             for r in range(min(group, stop - first)):
                 c = 4 * (first + r)
-                x, y = spectrum[k, c], share * spectrum[k, c + 1]
-                u, v = spectrum[k, c + 2], share * spectrum[k, c + 3]
+                x = spectrum[k, c]
+                y = share * spectrum[k, c + 1]
+                u = spectrum[k, c + 2]
+                v = share * spectrum[k, c + 3]
                 # −k first, which is behind the line for k = 0
                 result[r, b] = x + v
                 result[r, b + 1] = u - y
@@ -93,7 +100,8 @@ def _columns_product(stiff, execute, lines):
     """Transform the columns, multiply by factor · q/2 or factor · 2/q, and transform back; q² = along + across."""
     start, stop, group, plans, spectrum, result, weights = lines
     along, across, factor = weights
-    half, twice = result.dtype.type(0.5) * factor, result.dtype.type(2.0) * factor
+    half = result.dtype.type(0.5) * factor
+    twice = result.dtype.type(2.0) * factor
     for first in range(start, stop, group):
         # a column is multiplied while it is in the cache, and never written out between its two transforms
         line = spectrum.ctypes.data + first * spectrum.strides[0]
@@ -135,10 +143,12 @@ def _columns_alone(there, execute, lines):
 @kernel()
 def highest(start, stop, spectrum, along, across, least):
     """The greatest |f(q)|² in these rows of a half spectrum, and the greatest q² with |f(q)|² > least."""
-    top, reached = 0.0, 0.0
+    top = 0.0
+    reached = 0.0
     for k in range(start, stop):
         for i in range(along.size):
-            real, imaginary = spectrum[k, i].real, spectrum[k, i].imag
+            real = spectrum[k, i].real
+            imaginary = spectrum[k, i].imag
             power = real * real + imaginary * imaginary
             top = max(top, power)
             if power > least:
@@ -152,7 +162,9 @@ def point_sum(pairs, along, across, phases_along, phases_across):
     cosine, sine = phases_along
     total = 0.0
     for k in range(across.size):
-        real, imaginary, line = 0.0, 0.0, pairs[k]
+        real = 0.0
+        imaginary = 0.0
+        line = pairs[k]
         for i in range(along.size):
             q = np.sqrt(along[i] + across[k])
             real += q * (line[2 * i] * cosine[i] - line[2 * i + 1] * sine[i])

@@ -83,7 +83,7 @@ def solve_contact(
         raise ValueError(f"max_iterations = {max_iterations} must be a whole number ≥ 1")
     if precision not in ("double", "single"):
         raise ValueError(f'precision = {precision!r} must be "double" or "single"')
-    surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    surface = real_field("heights", heights, grid.shape).astype(float, copy=False)
     earlier = None if start is None else _start_pressure(start)
     note_compilation()
     problem, relief, pressure_unit = dimensionless(
@@ -138,7 +138,7 @@ def _start_pressure(start: Contact) -> Field:
         raise TypeError(
             f"start is a {type(start).__name__}; give the Contact of an earlier solve, or leave it out"
         )
-    pressure = real_field("start.pressure", start.pressure).astype(np.float64, copy=False)
+    pressure = real_field("start.pressure", start.pressure).astype(float, copy=False)
     if not pressure.max() > 0.0:
         raise ValueError(
             "start.pressure = 0 Pa everywhere: no solve can begin from it; leave start out"

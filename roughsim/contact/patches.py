@@ -55,7 +55,7 @@ class Patches:
     @property
     def areas(self) -> Array:
         """Area of each patch by its pixels, m², largest first."""
-        return np.multiply(self.pixels, self.pixel_area, dtype=np.float64)
+        return np.multiply(self.pixels, self.pixel_area, dtype=float)
 
     @property
     def largest(self) -> float:

@@ -68,7 +68,7 @@ def plastic_deformation(
     """
     need_grid(grid)
     need_solid(solid)
-    surface = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    surface = real_field("heights", heights, grid.shape).astype(float, copy=False)
     pressure = real_field("pressure", contact.pressure, grid.shape)
     if not pressure.any():
         raise ValueError(
@@ -80,7 +80,8 @@ def plastic_deformation(
     offset = float(free.mean() if free.size else gap[yielded].max())
     if free.size:
         # the residual bounds the errors of the gap: κ‖gap − d‖ ≤ residual ‖p‖ over the elastic contact, κ ≥ πE*/L
-        stiffness, largest = pi * solid.effective_modulus / max(grid.lengths), float(pressure.max())
+        stiffness = pi * solid.effective_modulus / max(grid.lengths)
+        largest = float(pressure.max())
         norm = largest * sqrt(float(np.square(pressure / largest).sum()))
         rounding = (
             4

@@ -31,12 +31,10 @@ from roughsim.scene import Scene
 from roughsim.scene.reactions import ReactionSection
 from roughsim.table import AT_CUT_OFF, Estimate, concat
 
-RATE, ACTIVATION, CONVERSION, HEAT_ABOVE = (
-    "reaction_rate",
-    "activation_temperature",
-    "conversion",
-    "heat_share_above",
-)
+RATE = "reaction_rate"
+ACTIVATION = "activation_temperature"
+CONVERSION = "conversion"
+HEAT_ABOVE = "heat_share_above"
 
 
 class Asked(NamedTuple):

@@ -19,7 +19,8 @@ from roughsim import prediction
 from roughsim.scene import Scene
 
 # relative error × number of asperities, by the same experiment: times A if few asperities carry load, and if all do
-_FEW_ASPERITIES, _ALL_ASPERITIES = 0.03, 0.2
+_FEW_ASPERITIES = 0.03
+_ALL_ASPERITIES = 0.2
 _ELASTIC = 0.4  # of A: elastic contact errs as if on fewer asperities, by the same experiment
 # of a target error, for the squared error of T_flash of capped contact in a part of the cell, by which corrections err.
 # In small cells they scatter so much that the uncertainty of the last step adds levels
@@ -142,7 +143,8 @@ def _plateau_end(scene: Scene) -> float | None:
     ):
         if face is None:
             continue
-        kink, flat = face.q_roll_off, (face.roll_off_exponent or 0.0) < 1.0
+        kink = face.q_roll_off
+        flat = (face.roll_off_exponent or 0.0) < 1.0
         if kink is None or face.q_min is None or kink <= face.q_min or not flat:
             return None
         ends.append(kink)

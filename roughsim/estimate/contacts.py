@@ -17,7 +17,9 @@ from roughsim.observables.record import Sample
 
 # of `form_uncertainty`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13
 # others (experiments/reactions.py)
-_AT_ONE, _PER_E_FOLD, _UNCERTAINTIES = 0.17, 0.02, (0.06, 0.24)
+_AT_ONE = 0.17
+_PER_E_FOLD = 0.02
+_UNCERTAINTIES = (0.06, 0.24)
 # how much warmer all is, over the uncertainty, of quantiles by heat, by area, and in bins: contact that the law lacks
 # is cold. It has no heat, which shows once the form is better known
 _SHIFTS = (1.4, 1.4, 1.4)
@@ -60,20 +62,21 @@ class Contacts(NamedTuple):
 
         Solved contacts are evener, the slower the more. The changes are those of `_displaced`.
         """
-        top, uncertainty = self.samples[-1], np.asarray(self.form)
+        top = self.samples[-1]
+        uncertainty = np.asarray(self.form)
         if self.stretch is None or top.below is None:
             displaced = [*_displaced(top, uncertainty, self.shifts)]
         else:
             below = _displaced(top.below, uncertainty, self.shifts)
             displaced = [stretched(one, self.stretch) for one in below]
         plain = value(top)
-        return np.asarray(np.sqrt(sum(np.square(value(other) - plain) for other in displaced)))
+        return np.sqrt(sum(np.square(value(other) - plain) for other in displaced))
 
 
 def form_uncertainty(peclet_number: ArrayLike) -> Array:
     """Return how uncertain T/T_flash is by the form of the fields at v h_rms/(D h′), dimensionless."""
     with np.errstate(divide="ignore"):
-        return np.asarray(np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_UNCERTAINTIES))
+        return np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_UNCERTAINTIES)
 
 
 def bins_of(sample: Sample) -> Bins:
@@ -87,8 +90,7 @@ def bins_of(sample: Sample) -> Bins:
 
 def factor_of(sample: Sample, flash: Mean) -> Array:
     """Return the continued T_flash over the mean of a level, (speeds,)."""
-    factor: Array = flash.value / sample.numbers[FLASH].mean(axis=0)
-    return factor
+    return flash.value / sample.numbers[FLASH].mean(axis=0)
 
 
 def _displaced(
@@ -99,7 +101,8 @@ def _displaced(
     At the distance x from T_flash, over T_flash, the hotter, or the colder points, are nearer to it by
     `uncertainty`·x^(3/2); or all are hotter by `shifts` times the `uncertainty`.
     """
-    flash, bins = sample.numbers[FLASH].mean(axis=0), bins_of(sample)
+    flash = sample.numbers[FLASH].mean(axis=0)
+    bins = bins_of(sample)
     hot = {name: values for name, values in sample.numbers.items() if "quantile" in name}
     apart = np.broadcast_to(uncertainty, flash.shape)
     over = bins.temperature / flash[:, None]

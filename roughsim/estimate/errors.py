@@ -88,7 +88,8 @@ def quotient(
     kind of contact. Exact values share the cut-off of the column and have no errors: then the error by q_c is zero.
     """
     if isinstance(below, Mean):
-        ratio, columns = above / below, [above, below]
+        ratio = above / below
+        columns = [above, below]
     else:
         with np.errstate(all="ignore"):
             ratio = above * (1.0 / np.broadcast_to(below, above.value.shape))
@@ -114,7 +115,8 @@ def quotient(
 
 def spread(values: Array) -> tuple[Array, Array]:
     """Return the standard error of the mean over axis 0 of independent rows (n, any), and its degrees of freedom."""
-    n, shape = len(values), values.shape[1:]
+    n = len(values)
+    shape = values.shape[1:]
     if n < 2:
         return np.full(shape, np.inf), np.zeros(shape)
     return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(n)), np.full(shape, n - 1.0)
@@ -158,8 +160,7 @@ def quantile(freedom: Array | float) -> Array:
     1/f: M. Woodroofe, Annals of Statistics 5, 984, 1977). Measured by `experiments/coverage.py`.
     """
     freedom = np.maximum(freedom, 1.0)
-    factor: Array = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)
-    return factor
+    return scipy.special.stdtrit(freedom, 0.975) * np.sqrt(1.0 + 2.0 / freedom)
 
 
 def half_width(error: Array, freedom: Array) -> Array:

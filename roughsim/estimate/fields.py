@@ -65,13 +65,15 @@ def drawn_slides(
     sample: Sample, flash: Mean, stretch: Array, speeds: tuple[float, ...] = ()
 ) -> Contacts:
     """Return slides as a column, of which temperatures about T_flash grow by `stretch` up to the end of C(q)."""
-    samples, nothing = [stretched(sample, stretch)], np.zeros_like(flash.value)
+    samples = [stretched(sample, stretch)]
+    nothing = np.zeros_like(flash.value)
     return Contacts(samples, flash, flash, nothing, speeds, stretch=stretch, form=_OF_SLIDES)
 
 
 def quantile_of(contacts: Contacts, name: str) -> Mean:
     """Return a quantile of the temperature of drawn contacts by its name, K."""
-    flash, stretch = contacts.flash, contacts.stretch
+    flash = contacts.flash
+    stretch = contacts.stretch
     if stretch is not None:
 
         def slid(sample: Sample) -> Mean:
@@ -130,7 +132,8 @@ def _uncertainty(scene: Scene) -> Array:
 
 def _slid(scene: Scene) -> Contacts | None:
     """Return the drawn slides of a scene; None where it has none."""
-    sample, frozen = prediction.slid_fields(scene), _frozen(scene, walk=False)
+    sample = prediction.slid_fields(scene)
+    frozen = _frozen(scene, walk=False)
     slid = prediction.sliding_prediction(scene)
     if sample is None or frozen is None or slid is None:
         return None
@@ -162,7 +165,8 @@ def hottest_seen(scene: Scene) -> Estimate | None:
     if not drawn:
         return None
     law = prediction.calibrated_predictions(scene)
-    rms, flash = np.nan_to_num(law["seen_rms"]), np.nan_to_num(law[FLASH])
+    rms = np.nan_to_num(law["seen_rms"])
+    flash = np.nan_to_num(law[FLASH])
     mean = mean_of(0, drawn[-1]) * rms
     errors = {
         "bandwidth": rms * np.abs(drawn[-1].mean(axis=0) - drawn[0].mean(axis=0)),
@@ -179,7 +183,8 @@ def asked(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
     if drawn is None or law.stress_spectrum is None:
         return {}
     start = scene.background_temperature or 0.0
-    share, warm = np.ones(len(scene.speeds)), np.zeros(len(scene.speeds))
+    share = np.ones(len(scene.speeds))
+    warm = np.zeros(len(scene.speeds))
     slid = prediction.sliding_prediction(scene) if sliding else None
     if slid is None:
         share = prediction.calibrated_share(scene)

@@ -78,10 +78,12 @@ def _continued_to_the_end(
     A temperature of the contact comes with `slow`, the levels of T_flash of slow contact, or of the resting body.
     Others as of `values_of`.
     """
-    record, capped = OBSERVABLES[observable], column == "capped"
+    record = OBSERVABLES[observable]
+    capped = column == "capped"
     q_c, top, finer, *_ = levels[-1]
     nothing = np.zeros(top.value.shape)
-    rest, has_limit = exact(nothing), record.limit or not capped
+    rest = exact(nothing)
+    has_limit = record.limit or not capped
     bandwidth = nothing
     if q_c < end * (1 - SAME):
         bandwidth = np.full_like(nothing, np.nan)
@@ -129,7 +131,8 @@ def _share_of(
     )
     warm, resting_warm = prediction.backgrounds(scene, samples[0])
     with np.errstate(all="ignore"):  # a body that does not conduct
-        above, below = body + warm, resting + resting_warm
+        above = body + warm
+        below = resting + resting_warm
         ratio = above / below
         share = 1.0 / (1.0 + ratio.value)
         errors = {}
@@ -164,7 +167,8 @@ def continuation(scene: Scene, column: str, observable: str, levels: list[LevelM
         least = 1.0 if column == "capped" else OF_SHAPE if followed == FLASH else 0.0
         return by_shape(levels, theory, least)
     alike = prediction.follows_power(scene, q)
-    top, end = levels[-1].mean.value, scene.spectrum.breaks[-1]
+    top = levels[-1].mean.value
+    end = scene.spectrum.breaks[-1]
     nothing = exact(np.zeros_like(top))
     if len(levels) < 2 or alike is None:
         return nothing
@@ -182,7 +186,8 @@ def continuation(scene: Scene, column: str, observable: str, levels: list[LevelM
 
 def _bound(scene: Scene, observable: str) -> float:
     """Return the bound of an area or g_σ(0): A_pl ≤ σ₀/σ_P ≤ A, ⟨σ²⟩ − σ₀² ≤ σ₀(σ_P − σ₀), as 0 ≤ σ ≤ σ_P."""
-    load, hardness = scene.sliding.nominal_pressure, scene.penetration_hardness
+    load = scene.sliding.nominal_pressure
+    hardness = scene.penetration_hardness
     return load * (hardness - load) if observable == "pressure_variance" else load / hardness
 
 

@@ -16,7 +16,8 @@ from roughsim.estimate.telescoping import LevelMean
 from roughsim.grid import Array
 
 # share of the rest that is uncertain, as measured: by the law for contact that yields, and at least by steps
-_OF_LAW, _OF_STEPS = 0.1, 0.25
+_OF_LAW = 0.1
+_OF_STEPS = 0.25
 # of T_flash, by the law of elastic contact: what slow sliding gains an octave is so small a difference that the law
 # misses .1 to .3 % of T_flash in it, the most at light loads; its splines, of knots e-folds apart, jump by .1 %
 _OF_ELASTIC = 0.004
@@ -93,7 +94,8 @@ def by_power(levels: list[LevelMean], end: float, usual: float) -> Mean:
     """
     q = np.array([level.q_max for level in levels[-2:]] + [end])[:, None]
     shape = levels[-1].mean.value.shape
-    exponent, weight = np.full(shape, usual), np.zeros(shape)
+    exponent = np.full(shape, usual)
+    weight = np.zeros(shape)
     if len(levels) > 2:
         low, middle, top = (level.mean for level in levels[-3:])
         with np.errstate(all="ignore"):

@@ -48,12 +48,14 @@ class Mean:
     def __add__(self, other: "Mean | Array | float") -> "Mean":
         if not isinstance(other, Mean):
             return replace(self, value=self.value + other, finest=self.finest + other)
-        influence, errors = {**self.influence}, {**self.errors}
+        influence = {**self.influence}
+        errors = {**self.errors}
         for stream, rows in other.influence.items():
             influence[stream] = _together(influence[stream], rows) if stream in influence else rows
         for name, part in other.errors.items():
             errors[name] = errors.get(name, 0.0) + part
-        value, finest = self.value + other.value, self.finest + other.finest
+        value = self.value + other.value
+        finest = self.finest + other.finest
         return Mean(value, finest, influence, errors, self.way)
 
     def __sub__(self, other: "Mean | Array | float") -> "Mean":
@@ -63,7 +65,8 @@ class Mean:
         if not isinstance(other, Mean):
             return self.through(self.value * other, self.finest * other, other)
         both = self * other.value + other * self.value
-        value, finest = self.value * other.value, self.finest * other.finest
+        value = self.value * other.value
+        finest = self.finest * other.finest
         # a product of zero has no error
         errors = {name: np.where(value == 0.0, 0.0, part) for name, part in both.errors.items()}
         return replace(both, value=value, finest=finest, errors=errors)
@@ -71,7 +74,8 @@ class Mean:
     def __truediv__(self, other: "Mean") -> "Mean":
         """Return the ratio; not finite if the other mean is zero."""
         with np.errstate(all="ignore"):
-            ratio, finest = self.value / other.value, self.finest / other.finest
+            ratio = self.value / other.value
+            finest = self.finest / other.finest
             both = self * (1.0 / other.value) + other * (-ratio / other.value)
         return replace(both, value=ratio, finest=finest)
 

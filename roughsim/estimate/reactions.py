@@ -69,15 +69,13 @@ def exponents(bins: Bins, factor: Array, activation: Activation) -> tuple[Array,
 def log_scale(bins: Bins, factor: Array, activation: Activation) -> Array:
     """Return the largest exponent of any bin at each speed, (speeds,): rates over its exponential are at most 1."""
     of_bins = exponents(bins, factor, activation)[0]
-    largest: Array = of_bins.max(axis=(*range(of_bins.ndim - 2), -1))
-    return largest
+    return of_bins.max(axis=(*range(of_bins.ndim - 2), -1))
 
 
 def rates(bins: Bins, factor: Array, activation: Activation, scale: Array) -> Array:
     """Return the mean of exp((σV − E)/k_B T − scale) over each bin, (..., speeds, bins)."""
     of_bins, shares = exponents(bins, factor, activation)
-    mean: Array = (shares * np.exp(of_bins - scale[:, None])).sum(axis=0)
-    return mean
+    return (shares * np.exp(of_bins - scale[:, None])).sum(axis=0)
 
 
 def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
@@ -141,7 +139,7 @@ def of_uniform_temperature(
 
     def mean_at(temperature: Array) -> Array:
         exponent = energies / (BOLTZMANN * temperature[:, None]) - scale[:, None]
-        return np.asarray((shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2)))
+        return (shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2))
 
     mean = mean_at(warm.value)
     with np.errstate(all="ignore"):
@@ -201,8 +199,7 @@ class ContactMean:
         temperature = bins_of(sample).temperature
         hottest = temperature >= temperature[..., -1:] * (1.0 - _ROUNDING)
         of_areas = self.scaled(sample) * BIN_AREAS
-        share: Array = (of_areas * hottest).sum(axis=(0, -1)) / of_areas.sum(axis=(0, -1))
-        return share
+        return (of_areas * hottest).sum(axis=(0, -1)) / of_areas.sum(axis=(0, -1))
 
     def members(self, sample: Sample) -> Array:
         """Return the effective number of members that carry the mean, (Σ y)²/Σ y², (speeds,)."""
@@ -219,7 +216,8 @@ def mean_over_contact(contacts: Contacts, of_level: ContactMean) -> Mean:
     an error, since it is small and only a guess. The change by the continued distribution of slides counts as an error,
     since it is that of frozen contacts. Those by T_flash follow from the slope over it.
     """
-    top, flash = contacts.samples[-1], of_level.flash
+    top = contacts.samples[-1]
+    flash = of_level.flash
     derivative = of_level.derivative(top)
     slope = derivative * of_level.slope(top)
     if contacts.stretch is not None:

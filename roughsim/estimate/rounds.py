@@ -20,7 +20,9 @@ from roughsim.table import Estimate
 
 # members in the first round, of the lowest level and of others: fewer show too little scatter. A level that is added
 # later begins with the fewest that show any: six took 1.4 and 1.5 times as long on steels with four levels and more
-FIRST, FIRST_STEP, FIRST_ADDED = 12, 6, 2
+FIRST = 12
+FIRST_STEP = 6
+FIRST_ADDED = 2
 _OF_LEVELS = "bandwidth", "last step", "pixel"  # errors that a higher level lowers
 WORK_SECONDS = 5e-9  # s of CPU time over the `work` of a member, on one core of a server of 2020
 MEMBER = 1.5e6  # `work` of a member on any grid, 8 ms: handing out, file, reading, and what a small solve takes
@@ -67,15 +69,18 @@ def replay(
     numerics: Numerics, most: int, available: Sequence[int], judged: Callable[[Counts], Verdict]
 ) -> Rounds:
     """Replay the rounds whose members exist; `available` counts the members of each level without a gap."""
-    wanted, number = first_counts(numerics, most), 0
-    counts, verdict = tuple(min(pair) for pair in zip(wanted, available, strict=True)), None
+    wanted = first_counts(numerics, most)
+    number = 0
+    counts = tuple(min(pair) for pair in zip(wanted, available, strict=True))
+    verdict = None
     growing = any(level.first is None for level in numerics.levels)
     whole = Verdict(False, None, wanted, "all of the map is there", {})
     while counts == wanted:
         verdict = judged(wanted) if growing else whole
         if verdict.next is None:
             break
-        wanted, number = verdict.next, number + 1
+        wanted = verdict.next
+        number = number + 1
         if any(there < asked for there, asked in zip(available, wanted, strict=True)):
             break
         counts = wanted
@@ -117,7 +122,8 @@ def judge(
         Returns values and estimate of an observable and a column from these counts.
     """
     main = numerics.columns[-1]
-    needed, following = list(counts), list(counts)
+    needed = list(counts)
+    following = list(counts)
     of_main: dict[str, Estimate] = {}
     level_follows = False  # in the main column
     for column in numerics.columns:
@@ -162,9 +168,11 @@ def _standing(
     found: dict[str, Estimate], until: dict[str, float]
 ) -> tuple[dict[str, float], str, tuple[tuple[str, str], ...]]:
     """Return the known error of each target at its worst speed, the largest part of one above, and unknown parts."""
-    errors, largest = dict[str, float](), ""
+    errors = dict[str, float]()
+    largest = ""
     for name, goal in until.items():
-        mean, parts = found[name].mean, _relative_parts(found[name])
+        mean = found[name].mean
+        parts = _relative_parts(found[name])
         total = np.linalg.norm([*parts.values()], axis=0)
         total = np.where(
             np.isfinite(mean), total, np.inf
@@ -219,7 +227,8 @@ def _next_level(
     too_large = too_large | np.isinf(parts["bandwidth"]) | np.isinf(parts["pixel"])
     if not np.any(too_large):
         return None
-    levels, coarse = numerics.levels, numerics.coarse_levels(column)
+    levels = numerics.levels
+    coarse = numerics.coarse_levels(column)
     used = [level for level in coarse if counts[level]]
     next_coarse = coarse[len(used)] if len(used) < len(coarse) else None
     highest = levels[used[-1]].q_max

@@ -73,7 +73,8 @@ def sliding_estimate(
         return single
     if observable == "heat_partition":
         rows = numbers["sliding_share"] * continued.heat_partition
-        share, (error, freedom) = rows.mean(axis=0), spread(rows)
+        share = rows.mean(axis=0)
+        error, freedom = spread(rows)
         slide = np.hypot(_UNCERTAINTY_OF_CUT_OFF, continued.error) * share
         own = {"statistical": half_width(error, freedom), "slide": slide}
         beyond = {name: part for name, part in _relative(single).items() if name in _NO_LEVEL_SHOWS}

@@ -53,7 +53,8 @@ def telescoped(of_level: Callable[[Sample], Array], samples: Sequence[Sample]) -
             continue
         upper, lower = (mean_of(sample.stream, each) for each in both)
         with np.errstate(invalid="ignore"):  # infinite at rest
-            ratio, difference = upper / lower, upper - lower
+            ratio = upper / lower
+            difference = upper - lower
         of_below = (abs(level.q_max / sample.below.q_max - 1) <= SAME for level in levels)
         low = list(of_below).index(True)
         level = levels[low]

@@ -53,8 +53,10 @@ def influence_spectrum(
     from roughsim._kernels import lines as kernels
 
     # the rows, each with its negative offsets at the end; a few at a time
-    before, points, size = influence.shape[1] - count, shape[1], influence.shape[0]
-    spectrum = np.empty((size, points // 2 + 1), np.complex128)
+    before = influence.shape[1] - count
+    points = shape[1]
+    size = influence.shape[0]
+    spectrum = np.empty((size, points // 2 + 1), complex)
     rows = transform((min(_ROWS, size), points), np.float64, (1,))
     for first in range(0, size, _ROWS):
         part = influence[first : first + _ROWS]
@@ -85,7 +87,8 @@ def influence_spectrum(
 
 def column_blocks(shape: tuple[int, int], dtype: DTypeLike) -> Iterator[tuple[slice, Lines]]:
     """Yield the columns of the half spectrum of `shape`, a few at a time, with lines that hold them."""
-    columns, width = shape[1] // 2 + 1, _BLOCK // (2 * np.dtype(dtype).itemsize)
+    columns = shape[1] // 2 + 1
+    width = _BLOCK // (2 * np.dtype(dtype).itemsize)
     for start in range(0, columns, width):
         yield slice(start, min(start + width, columns)), lines(width, shape[0], np.dtype(dtype))
 

@@ -34,7 +34,8 @@ Made = TypeVar("Made")
 ALIGNMENT = 64  # bytes, of memory passed to FFTW by address
 PADDING = 8  # complex numbers between lines, so that equal places do not all fall onto the same part of the cache
 _ESTIMATE = 1 << 6 | 1 << 0  # FFTW_ESTIMATE, FFTW_DESTROY_INPUT
-_WORD, _INT = ctypes.c_void_p, ctypes.c_int
+_WORD = ctypes.c_void_p
+_INT = ctypes.c_int
 _SIDE = [_WORD, _WORD, _INT, _INT]  # address, embedding, stride, distance
 _SIGNATURES: dict[str, tuple[list[Any], Any]] = {
     "plan_many_dft": ([_INT, _WORD, _INT, *_SIDE, *_SIDE, _INT, ctypes.c_uint], _WORD),
@@ -208,8 +209,10 @@ class Transform:
         real = np.dtype(dtype)
         if real not in (np.dtype(np.float64), np.dtype(np.float32)):
             raise TypeError(f"dtype = {real} is not supported; use float32 or float64")
-        half, plane = shape[1] // 2 + 1, axes == (0, 1)
-        self.axes, self.scale = axes, 1.0 / (shape[0] * shape[1]) if plane else None
+        half = shape[1] // 2 + 1
+        plane = axes == (0, 1)
+        self.axes = axes
+        self.scale = 1.0 / (shape[0] * shape[1]) if plane else None
         self.field = aligned(shape, real)
         # columns are read from the spectra of rows: padding keeps the entries of a column apart in the cache
         width = half if plane else half + PADDING - 1
@@ -271,7 +274,8 @@ class LinePlans:
         )
         prefix = "fftwf" if kind == np.complex64 else "fftw"
         fftw = FUNCTIONS
-        make, destroy = fftw[f"{prefix}_plan_many_dft"], fftw[f"{prefix}_destroy_plan"]
+        make = fftw[f"{prefix}_plan_many_dft"]
+        destroy = fftw[f"{prefix}_destroy_plan"]
         common = 1, ctypes.byref(ctypes.c_int(points)), count
         with planning:
             fftw[f"{prefix}_plan_with_nthreads"](1)

@@ -18,7 +18,8 @@ def gathered_power(
     `slot` maps each mode of the quarter plane to its slot, below `slots`, flattened. The results have the shapes
     (n_x//2 + 1, n_y//2 + 1) and (slots,).
     """
-    quarter, sums = np.empty((amplitude.shape[0] // 2 + 1, amplitude.shape[1])), np.zeros(slots)
-    half = np.ascontiguousarray(amplitude, np.complex128)
+    quarter = np.empty((amplitude.shape[0] // 2 + 1, amplitude.shape[1]))
+    sums = np.zeros(slots)
+    half = np.ascontiguousarray(amplitude, complex)
     gather_power(half, multiplicity.ravel(), slot.reshape(quarter.shape), quarter, sums)
     return quarter, sums

@@ -6,13 +6,13 @@ temperature fields. Each body occupies z > 0 below the plane of the grid, and th
 that a run reports come from `observables`, which averages over all directions in closed form.
 """
 
+from roughsim.heat.body import Body
 from roughsim.heat.half_space import (
     SourceTemperature,
     half_space_temperature,
     source_temperature,
 )
 from roughsim.heat.partition import (
-    Body,
     Partition,
     partition_heat,
 )

@@ -16,7 +16,7 @@ def checked_times(time: ArrayLike) -> Array:
         raise ValueError(f"time has shape {instants.shape}; give one number or a 1-D array, in s")
     if not (instants >= 0).all():
         raise ValueError(f"time = {instants.min()} s must not be negative or NaN")
-    return instants.astype(np.float64)
+    return instants.astype(float)
 
 
 def checked_duration(time: ArrayLike) -> float:
@@ -29,7 +29,7 @@ def checked_duration(time: ArrayLike) -> float:
 
 def checked_flux(heat_flux: ArrayLike, shape: tuple[int, int]) -> Array:
     """`heat_flux` as a float64 field of `shape`, W/m², ≥ 0."""
-    flux = real_field("heat_flux", heat_flux, shape).astype(np.float64)
+    flux = real_field("heat_flux", heat_flux, shape).astype(float)
     if flux.min() < 0.0:
         raise ValueError(
             f"heat_flux = {flux.min():.6g} W/m² must not be negative: friction only heats"

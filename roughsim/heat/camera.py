@@ -37,18 +37,18 @@ class Lens(NamedTuple):
         along = advection / rate
         if self.behind is None:
             phase = along * (self.smear / (2.0 * math.pi))
-            return np.asarray(response * self.blur(square) * np.sinc(phase))
+            return response * self.blur(square) * np.sinc(phase)
         across = np.maximum(square - along**2, 0.0)
         decay: Complex = across / rate - 1j * along
         decay[decay == 0.0] = 1.0  # q = 0 alone: replaced by the caller
         heated = _erfc_root(decay * self.behind)
         if self.contact_length < math.inf:
             heated = heated - _erfc_root(decay * (self.behind + self.contact_length))
-        return np.asarray(heated * self.blur(across) / np.sqrt(decay * rate))
+        return heated * self.blur(across) / np.sqrt(decay * rate)
 
     def blur(self, square: Field) -> Array:
         """Return the factor of the point spread on waves with q² = `square`, 1/m²."""
-        return np.asarray(np.exp(-0.5 * square * (self.resolution / _FWHM) ** 2))
+        return np.exp(-0.5 * square * (self.resolution / _FWHM) ** 2)
 
 
 def _erfc_root(square: Complex) -> Complex:

@@ -35,23 +35,28 @@ def equalize(contact: Mask, jump: Array, response: Array, limit: float) -> Array
     ConvergenceError if it is not reached.
     """
     # in units of the largest jump and response, so that no square leaves single precision
-    kelvin, unit = float(np.abs(jump).max()) or 1.0, float(response.max())
-    field, responses = np.zeros(contact.shape, np.float32), (response / unit).astype(np.float32)
+    kelvin = float(np.abs(jump).max()) or 1.0
+    unit = float(response.max())
+    field = np.zeros(contact.shape, np.float32)
+    responses = (response / unit).astype(np.float32)
     inverse = None if response.max() < _FLAT * response.min() else 1 / responses
 
     def between(values: Array, factor: Field) -> Array:
         field[contact] = values
         result: Array = fourier.inverse(fourier.forward(field) * factor, contact.shape)[contact]
-        return result.astype(np.float64)
+        return result.astype(float)
 
-    flux, jump = np.zeros_like(jump), jump / kelvin
-    direction, power = np.zeros_like(flux), 1.0
+    flux = np.zeros_like(jump)
+    jump = jump / kelvin
+    direction = np.zeros_like(flux)
+    power = 1.0
     for iteration in range(_LIMIT + 1):
         left = float(np.linalg.norm(jump))
         if left <= limit / kelvin:
             return flux * (kelvin / unit)
         steepest = jump if inverse is None else between(jump, inverse)
-        last, power = power, float(jump @ steepest)
+        last = power
+        power = float(jump @ steepest)
         direction = steepest + (power / last if iteration else 0.0) * direction
         change = between(direction, responses)
         length = power / float(direction @ change)

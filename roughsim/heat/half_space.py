@@ -19,15 +19,16 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from roughsim.errors import need_computed, not_negative, number, real_field, sized
+from roughsim.errors import need_computed, not_negative, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
 from roughsim.heat.arguments import checked_duration, checked_flux, checked_times
+from roughsim.heat.body import Body
 from roughsim.heat.influence import PixelAxis, buried, one_sided_influence, temperature_at
 from roughsim.heat.layered_influence import layered_influence
 from roughsim.heat.periodic import fields_over_time, unit_vector
 from roughsim.heat.precision import need_resolved
-from roughsim.heat.skin import Layering, SkinLike, layering
+from roughsim.heat.skin import Layering, SkinLike
 
 Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel
 _SLOW = 0.25  # Péclet number of a pixel, below which the temperature is smooth over it
@@ -78,23 +79,22 @@ def half_space_temperature(
     """
     need_grid(grid)
     flux = real_field("heat_flux", heat_flux, grid.shape)
-    speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
-    need_resolved(grid, speed, diffusivity)
-    drift, unit = speed / diffusivity, grid.spacing[0]
-    conductivity = sized("conductivity", conductivity, "W/(m K)")
-    layers = layering(skin, heat_depth, conductivity, diffusivity)
-    depth, times = not_negative("depth", depth, "m"), checked_times(time)
-    spreads = np.sqrt(diffusivity * times.ravel()) / unit
+    body = Body(conductivity, diffusivity, speed, skin, heat_depth)
+    need_resolved(grid, body.speed, body.diffusivity)
+    unit = grid.spacing[0]
+    depth = not_negative("depth", depth, "m")
+    times = checked_times(time)
+    spreads = np.sqrt(body.diffusivity * times.ravel()) / unit
     # a series would only replace the responses that are kept
     response = partial(
         influence_response if spreads.size == 1 else influence_response.__wrapped__,
-        *axes(grid, drift, direction),
+        *axes(grid, body, direction),
         depth / unit,
         flux.dtype.char,
-        layers and layers.in_units(unit),
+        body.layers and body.layers.in_units(unit),
     )
-    shape, factor = padded_shape(grid.shape), unit / conductivity
-    fields = fields_over_time(flux, spreads, response, shape, factor)
+    shape = padded_shape(grid.shape)
+    fields = fields_over_time(flux, spreads, response, shape, unit / body.conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
     return fields.reshape(times.shape + grid.shape)
 
@@ -105,9 +105,11 @@ def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
     return nx, ny
 
 
-def axes(grid: Grid, drift: float, direction: float = 0.0) -> tuple[PixelAxis, PixelAxis]:
-    """Return the axes in units of the pixel along x, for a drift v/D, 1/m, in a direction, rad."""
-    (unit, side), (ux, uy) = grid.spacing, unit_vector(direction)
+def axes(grid: Grid, body: Body, direction: float = 0.0) -> tuple[PixelAxis, PixelAxis]:
+    """Return the axes in units of the pixel along x, for a source that slides in a direction, rad."""
+    unit, side = grid.spacing
+    ux, uy = unit_vector(direction)
+    drift = body.speed / body.diffusivity
     x = PixelAxis(grid.shape[0], 1.0, drift * ux * unit)
     return x, PixelAxis(grid.shape[1], side / unit, drift * uy * unit)
 
@@ -166,14 +168,15 @@ def source_temperature(
     """
     flux = checked_flux(heat_flux, grid.shape)
     weights = real_field("covered", flux > 0.0 if covered is None else covered, grid.shape)
-    weights = weights.astype(np.float64)
+    weights = weights.astype(float)
     if weights.min() < 0.0:
         raise ValueError(f"covered = {weights.min():.6g} must not be negative anywhere")
-    speed, diffusivity = number("speed", speed, "m/s"), sized("diffusivity", diffusivity, "m²/s")
-    need_resolved(grid, speed, diffusivity)
-    drift = speed / diffusivity
-    scale = grid.spacing[0] / sized("conductivity", conductivity, "W/(m K)")
-    duration, below = checked_duration(time), not_negative("depth", depth, "m") / grid.spacing[0]
+    body = Body(conductivity, diffusivity, speed)
+    need_resolved(grid, body.speed, body.diffusivity)
+    unit = grid.spacing[0]
+    scale = unit / body.conductivity
+    duration = checked_duration(time)
+    below = not_negative("depth", depth, "m") / unit
     if not flux.any():
         warnings.warn(
             "heat_flux = 0 W/m² everywhere: there is no source, and its temperature is NaN",
@@ -181,7 +184,8 @@ def source_temperature(
             stacklevel=2,
         )
         return SourceTemperature(math.nan, math.nan, math.nan, (math.nan, math.nan))
-    pair, end = axes(grid, drift, direction), math.sqrt(diffusivity * duration) / grid.spacing[0]
+    pair = axes(grid, body, direction)
+    end = math.sqrt(body.diffusivity * duration) / unit
     # from one forward transform: the means over the pixels, then the temperatures at four points of each pixel. A pixel
     # that ends the source is hottest 2 to 5 D/v before its trailing edge
     inside = [min(0.25, 3 / axis.peclet) if axis.peclet > _SLOW else 0.0 for axis in pair]
@@ -192,7 +196,8 @@ def source_temperature(
     response = influence_response.__wrapped__
     spectra = (response(*axes, below, "d", None, end) for axes in (averaged, *shifted))
     fields = convolution.convolutions(flux, spectra, padded_shape(grid.shape))
-    mean, hottest = next(fields), (-math.inf, (0.0, 0.0))
+    mean = next(fields)
+    hottest = (-math.inf, (0.0, 0.0))
     for field, (sx, sy) in zip(fields, shifts, strict=True):
         i, j = np.unravel_index(int(field.argmax()), field.shape)
         hottest = max(hottest, (float(field[i, j]), (float(i) + sx, float(j) + sy)))
@@ -228,7 +233,8 @@ def _hottest_along(
             min(max(math.floor(at + 0.5), 0), axis.count - 1)
             for at, axis in zip(moved, pair, strict=True)
         )
-        x, y = replace(pair[0], shift=moved[0] - i), replace(pair[1], shift=moved[1] - j)
+        x = replace(pair[0], shift=moved[0] - i)
+        y = replace(pair[1], shift=moved[1] - j)
         return temperature_at((i, j), flux, x, y, fading=buried(depth), end=end), moved
 
     points = [point(float(halving)) for halving in halvings]

@@ -65,14 +65,18 @@ class History:
                 layered_kernel(grid, diffusivity, layers, step, steps)
             )
             self.unit = 1 / conductivity
-        self.along, self.across = decay * qx[:, 0] ** 2, decay * qy[0] ** 2
+        self.along = decay * qx[:, 0] ** 2
+        self.across = decay * qy[0] ** 2
         # K m²/W, real and positive
-        self.response, self._previous = self.unit * late, self.unit * early
+        self.response = self.unit * late
+        self._previous = self.unit * early
         self.weights = self.unit * weights
         self._memory = np.zeros((*grid.half_shape, 2, self.rates.size))
-        self._flux, self._known = start, self._previous * start
+        self._flux = start
+        self._known = self._previous * start
         self._mean_flux = np.zeros(steps + 1)
-        self._mean_flux[0], self._step = start[0, 0].real, 0
+        self._mean_flux[0] = start[0, 0].real
+        self._step = 0
 
     def known(self) -> Complex:
         """Return the temperature that all earlier heat leaves at the end of the next step, K.
@@ -109,7 +113,7 @@ def mean_weights(steps: int) -> tuple[Array, Array]:
 
     The first array is for f(n − m), m = 0 … `steps`; the second for f(0) with n = 0 … `steps`.
     """
-    m = np.arange(steps + 2, dtype=np.float64)
+    m = np.arange(steps + 2, dtype=float)
     # second difference of the second integral of u^(−1/2), 4/3 u^(3/2); far from 0 its terms cancel: a series there
     integral = 4 / 3 * m**1.5
     inner = integral[2:] - 2 * integral[1:-1] + integral[:-2]

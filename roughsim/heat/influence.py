@@ -59,7 +59,8 @@ class PixelAxis:
 
         On an edge, or for the mean, it spreads over the edge at once: there it must not yet have drifted as far.
         """
-        inside, p = 0.0 if self.averaged else (0.5 - abs(self.shift)) * self.size, abs(self.drift)
+        inside = 0.0 if self.averaged else (0.5 - abs(self.shift)) * self.size
+        p = abs(self.drift)
         if inside > 0.0:
             return min(inside / 26, math.sqrt(inside / (2 * p)) if p else math.inf)
         return min(self.size / 52, 1 / p if p else math.inf)
@@ -79,7 +80,8 @@ class PixelAxis:
     def reached(self, low: float, high: float) -> tuple[int, int]:
         """First and last offset, in pixels, that heat of the age low < u < high can be over."""
         shifts = (-self.drift * low**2, -self.drift * high**2)
-        reach, last = self.size + _REACH * high, self.count - 1
+        reach = self.size + _REACH * high
+        last = self.count - 1
         first = math.ceil(max((min(shifts) - reach) / self.size, -float(last)))
         return first, math.floor(min((max(shifts) + reach) / self.size, float(last)))
 
@@ -195,7 +197,8 @@ def _rules(
     start = max(x.extent, y.extent, fading.last)
     if x.drift == y.drift == 0.0 and end > start:
         # at rest the integrand is smooth in 1/u to the end, and the heat is over the whole box already
-        low, high = 1 / end, 1 / start
+        low = 1 / end
+        high = 1 / start
         nodes = 1 / ((low + high) / 2 + (high - low) / 2 * _NODES)
         yield nodes, faded((high - low) / 2 * _WEIGHTS * nodes**2, nodes), (start, start)
 
@@ -218,7 +221,8 @@ def _panels(
 
 def _oldest_heat(x: PixelAxis, y: PixelAxis, fading: Fading, end: float) -> float:
     """κT by heat older than `_FAR` boxes, without its factor e^(−p·x/2): ab/4π · (2/√π) ∫ e^(−p²u²/4)/u² du."""
-    start, p = _FAR * max(x.extent, y.extent, fading.last), math.hypot(x.drift, y.drift)
+    start = _FAR * max(x.extent, y.extent, fading.last)
+    p = math.hypot(x.drift, y.drift)
     if p == 0.0 or min(end, x.end, y.end) <= start:
         return 0.0
 

@@ -24,7 +24,7 @@ WEIGHTS = -2j * _SLOPE * np.exp(NODES)
 
 def inverse(transform: Callable[[Complex], Complex], time: Array) -> Array:
     """Return the real function of time > 0 that has a Laplace transform; p has the shape of `time` and an axis more."""
-    p = np.asarray(NODES / time[:, None], np.complex128)
+    p = np.asarray(NODES / time[:, None], complex)
     return (WEIGHTS * transform(p)).real.sum(axis=-1) / time
 
 

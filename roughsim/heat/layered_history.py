@@ -47,7 +47,8 @@ def layered_kernel(
     qx, qy = grid.wavevectors
     waves = np.sqrt(qx**2 + qy**2)
     waves[0, 0] = waves.ravel()[1:].min()  # any: the mean has weights of its own
-    low, high = float(waves.min()), float(waves.max())
+    low = float(waves.min())
+    high = float(waves.max())
     nodes, interpolated = interpolation(low, high)
 
     def pulse(time: Array) -> Array:
@@ -55,7 +56,8 @@ def layered_kernel(
         squares = nodes[:, None, None] ** 2
         return inverse(lambda p: _transform(squares, p - slowest * squares, spread, layers), time)
 
-    square, end = nodes[:, None] ** 2, np.ones(1)
+    square = nodes[:, None] ** 2
+    end = np.ones(1)
     once = inverse(lambda p: _transform(square, p, spread, layers) / p, end)
     twice = inverse(lambda p: _transform(square, p, spread, layers) / p**2, end)
     rates, fitted = _exponentials(pulse, steps, float(twice.max()))
@@ -63,8 +65,10 @@ def layered_kernel(
     of_wave = interpolated(table)
     values = np.stack([of_wave(row) for row in waves])
     mean, first = _mean_weights(spread, layers, steps)
-    late, early = np.ascontiguousarray(values[..., 0]), np.ascontiguousarray(values[..., 1])
-    late[0, 0], early[0, 0] = mean[0], first[min(1, steps)]
+    late = np.ascontiguousarray(values[..., 0])
+    early = np.ascontiguousarray(values[..., 1])
+    late[0, 0] = mean[0]
+    early[0, 0] = first[min(1, steps)]
     weights = np.ascontiguousarray(values[..., 2:])
     return LayeredKernel(slowest, rates, weights, late, early, mean, first)
 
@@ -131,5 +135,6 @@ def _mean_weights(spread: float, layers: Layering, steps: int) -> tuple[Array, A
         # over 1/√time they change slowly
         both = np.column_stack([hat, ramp]) * np.sqrt(nodes)[:, None]
         values = interpolated(both)(far) / np.sqrt(far)[:, None]
-        mean, first = np.append(mean, values[:, 0]), np.append(first, values[:, 1])
+        mean = np.append(mean, values[:, 0])
+        first = np.append(first, values[:, 1])
     return mean, first

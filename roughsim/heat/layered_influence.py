@@ -22,13 +22,16 @@ from roughsim.heat.skin import Layering, steady_response
 
 _RATIO = 0.4  # of the logarithms of neighbouring D_j, at most; with one D_j more on each side K errs by 3e-5
 # D_j q² τ of the fastest term, from which K is fitted, and of the slowest, up to which
-_LEAST, _MOST = 1e-3, 25.0
+_LEAST = 1e-3
+_MOST = 25.0
 _WAVES_PER_E_FOLD = 4  # at which K is fitted
 _CUT = 1e-10  # of the singular values: ρ_j stay small
 # ρ_j is taken as constant before and after, in units of the first and last √(Dτ)
-_EARLY, _LATE = 1e-3, 1e4
+_EARLY = 1e-3
+_LATE = 1e4
 # pixels: no layer matters that is thinner, or by how much it is thicker
-_SHORTEST, _LONGEST = 1e-12, 1e15
+_SHORTEST = 1e-12
+_LONGEST = 1e15
 
 
 def layered_influence(

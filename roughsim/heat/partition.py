@@ -15,57 +15,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim import fourier
-from roughsim.errors import ConvergenceError, need_computed, not_negative, number, sized
+from roughsim.errors import ConvergenceError, need_computed
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, Mask, need_grid
 from roughsim.heat.arguments import checked_duration, checked_flux
+from roughsim.heat.body import Body
 from roughsim.heat.half_space import axes, influence_response, padded_shape
 from roughsim.heat.precision import need_resolved
-from roughsim.heat.skin import Layering, SkinLike, checked_skin, layering
 
 _TOLERANCE = 1e-8
 _RESTART = 40  # applications of the operator in a round of GMRES; 8 to 14 are usual
-
-
-@dataclass(frozen=True, slots=True)
-class Body:
-    """A half-space that the contact slides over.
-
-    TypeError or ValueError for a value that is not one finite number, and for κ or D ≤ 0.
-
-    Parameters
-    ----------
-    conductivity, diffusivity : float
-        κ, W/(m K); D, m²/s.
-    speed : float
-        Speed of the contact through this body along axis 0, m/s, of either sign.
-    skin : Skin, optional
-        A layer of another material on it: thickness, m, conductivity, W/(m K), and diffusivity, m²/s.
-    heat_depth : float
-        Depth h, m, ≥ 0, in which its heat is released, with the density q̇ e^(−z/h)/h; 0 is the surface.
-    """
-
-    conductivity: float
-    diffusivity: float
-    speed: float = 0.0
-    skin: SkinLike | None = None
-    heat_depth: float = 0.0
-
-    def __post_init__(self) -> None:
-        checked = {
-            "conductivity": sized("conductivity", self.conductivity, "W/(m K)"),
-            "diffusivity": sized("diffusivity", self.diffusivity, "m²/s"),
-            "speed": number("speed", self.speed, "m/s"),
-            "skin": checked_skin(self.skin),
-            "heat_depth": not_negative("heat_depth", self.heat_depth, "m"),
-        }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
-
-    @property
-    def layers(self) -> Layering | None:
-        """The skin and the depth of release in units of the body; None of a bare one."""
-        return layering(self.skin, self.heat_depth, self.conductivity, self.diffusivity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,17 +83,20 @@ def partition_heat(
     need_grid(grid)
     for body in (moving, resting):
         need_resolved(grid, body.speed, body.diffusivity)
-    flux, duration = checked_flux(heat_flux, grid.shape), checked_duration(time)
+    flux = checked_flux(heat_flux, grid.shape)
+    duration = checked_duration(time)
     if not flux.any():
         warnings.warn(
             "heat_flux = 0 W/m² everywhere: there is no contact, and the share is NaN",
             RuntimeWarning,
             stacklevel=2,
         )
-        nothing, nan = np.zeros(grid.shape), math.nan
+        nothing = np.zeros(grid.shape)
+        nan = math.nan
         return Partition(nan, nothing, nothing.copy(), nan, nan, nan, nan, nan, 0)
     # in units of the largest flux: the temperatures that each body would have with all the heat, the resting one first
-    unit, contact = flux.max(), flux > 0.0
+    unit = flux.max()
+    contact = flux > 0.0
     flux = flux / unit
     spectra = [body_spectrum(body, grid, duration) for body in (resting, moving)]
     full = [convolution.convolve(flux, spectrum, padded_shape(grid.shape)) for spectrum in spectra]
@@ -177,7 +139,8 @@ def partition_heat(
 
 def body_spectrum(body: Body, grid: Grid, time: float) -> Field:
     """Return the padded half spectrum that turns the heat flux into a body into its surface temperature."""
-    unit, pair = grid.spacing[0], axes(grid, body.speed / body.diffusivity)
+    unit = grid.spacing[0]
+    pair = axes(grid, body)
     spread = math.sqrt(body.diffusivity * time) / unit
     layers = body.layers and body.layers.in_units(unit)
     response = influence_response(*pair, 0.0, "d", layers, spread)
@@ -212,8 +175,8 @@ def _close_the_jump(
         return on_contact(values, contact, total)
 
     shape = jump.size, jump.size
-    operator = LinearOperator(shape, matvec=temperature_jump, dtype=np.float64)
-    preconditioner = LinearOperator(shape, matvec=inverse, dtype=np.float64)
+    operator = LinearOperator(shape, matvec=temperature_jump, dtype=float)
+    preconditioner = LinearOperator(shape, matvec=inverse, dtype=float)
     change, _ = gmres(
         operator,
         jump,
@@ -246,10 +209,12 @@ def _nearly_inverse(
     from roughsim.contact.solver.operators import Extension
 
     shape = padded_shape(grid.shape)
-    (nx, ny), (dx, dy) = shape, grid.spacing
+    nx, ny = shape
+    dx, dy = grid.spacing
     extension = Extension(Grid(shape, (nx * dx, ny * dy)), np.float64)
     response = np.ascontiguousarray((1 / spectrum).T)
-    free, still = np.zeros(shape, np.int8), np.zeros(shape)
+    free = np.zeros(shape, np.int8)
+    still = np.zeros(shape)
     mask = free.view(np.bool_)
     mask[: contact.shape[0], : contact.shape[1]] = contact
     # Lines along sliding part from each other when both bodies are fast: less of the extension is kept then. The

@@ -28,9 +28,10 @@ from roughsim.errors import need_computed, not_negative, number, real_field, siz
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Complex, Field, Grid, Index, need_grid
 from roughsim.heat.arguments import checked_times
+from roughsim.heat.body import Body
 from roughsim.heat.camera import Lens
 from roughsim.heat.precision import need_phases, need_resolved
-from roughsim.heat.skin import Layering, SkinLike, layering, response_from_rest
+from roughsim.heat.skin import Layering, SkinLike, response_from_rest
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
 
 ROWS = 32  # rows of the half spectrum in one block: the work arrays stay in the cache
@@ -100,27 +101,26 @@ def sliding_temperature(  # noqa: PLR0913  (a body has two numbers, a skin and a
     """
     need_grid(grid)
     flux = real_field("heat_flux", heat_flux, grid.shape)
-    speed = number("speed", speed, "m/s")
-    conductivity = sized("conductivity", conductivity, "W/(m K)")
-    diffusivity = sized("diffusivity", diffusivity, "m²/s")
+    body = Body(conductivity, diffusivity, speed, skin, heat_depth)
     depth = not_negative("depth", depth, "m")
-    layers = layering(skin, heat_depth, conductivity, diffusivity)
-    drift, durations, chord = moving(grid, speed, diffusivity, direction, slid_distance, time)
+    drift, durations, chord = moving(
+        grid, body.speed, body.diffusivity, direction, slid_distance, time
+    )
     # a uniform flux has only q = 0: exactly nothing is left, whatever the transform rounds
     if flux[0, 0] == flux[-1, -1] and flux.min() == flux.max():
         return np.zeros((*durations.shape, *grid.shape), flux.dtype)
-    source = MovingSource(drift, math.inf, depth, layers)
+    source = MovingSource(drift, math.inf, depth, body.layers)
 
     def response(spread: float) -> Field:
         return turned_response(grid, source._replace(spread=spread), flux.dtype)
 
-    spreads = diffusivity * durations.ravel()
-    fields = fields_over_time(flux, spreads, response, grid.shape, 1 / conductivity)
+    spreads = body.diffusivity * durations.ravel()
+    fields = fields_over_time(flux, spreads, response, grid.shape, 1 / body.conductivity)
     need_computed("temperature", fields, "K", "heat_flux and conductivity")
-    laps = abs(speed) * chord / (2 * math.pi * diffusivity)
+    laps = abs(body.speed) * chord / (2 * math.pi * body.diffusivity)
     if laps > 1.0 and np.isinf(durations).any():
-        field = fields[np.isinf(durations).argmax()] * conductivity
-        half_cell = source._replace(spread=diffusivity * chord / (2 * abs(speed)))
+        field = fields[np.isinf(durations).argmax()] * body.conductivity
+        half_cell = source._replace(spread=body.diffusivity * chord / (2 * abs(body.speed)))
         excess = _hot_track_excess(flux, field, grid, half_cell)
         warnings.warn(
             f"v L/(2πD) = {laps:.3g} exceeds 1: each source slides in its own periodic hot track for ever, and the "
@@ -211,10 +211,11 @@ def _hot_track_excess(flux: Field, field: Field, grid: Grid, source: MovingSourc
     Only modes that are not steady yet differ. They are few at high speed: their rows and columns alone are summed.
     """
     amplitude = fourier.forward(flux)
-    total = float(np.mean(flux * field, dtype=np.float64))
+    total = float(np.mean(flux * field, dtype=float))
     excess = 0.0
     qx, qy = grid.wavevectors
-    layers, (along, across) = source.layers, source.drift
+    layers = source.layers
+    along, across = source.drift
     forgotten = FORGOTTEN / source.spread * (1.0 if layers is None else max(1.0, layers.diffusion))
     columns = int((qy[0] ** 2 < forgotten).sum())
     weights = grid.multiplicity[:, :columns]
@@ -238,14 +239,16 @@ def unit_vector(direction: float) -> tuple[float, float]:
     The rounding of cos(π/2) would let a source at Péclet number 1e12 drift across its own track.
     """
     angle = number("direction", direction, "rad")
-    ux, uy = math.cos(angle), math.sin(angle)
+    ux = math.cos(angle)
+    uy = math.sin(angle)
     return (ux if abs(ux) > 1e-15 else 0.0), (uy if abs(uy) > 1e-15 else 0.0)
 
 
 def responses(grid: Grid, source: MovingSource) -> Iterator[tuple[Index, Complex]]:
     """Yield (rows, κT/q̇ in m) block by block: every row of the half spectrum once, q = 0 with response 0."""
     qx = grid.wavevectors[0]
-    count, half = grid.shape[0], grid.shape[0] // 2 + 1
+    count = grid.shape[0]
+    half = grid.shape[0] // 2 + 1
     for start in range(0, half, ROWS):
         rows = np.arange(start, min(start + ROWS, half))
         response = _response_rows(grid, rows, qx[rows], source)
@@ -268,7 +271,9 @@ def responses(grid: Grid, source: MovingSource) -> Iterator[tuple[Index, Complex
 def _response_rows(grid: Grid, rows: Index, qx: Field, source: MovingSource) -> Complex:
     """κT/q̇ at the wavevectors (qx, q_y ≥ 0), averaged over both signs at the Nyquist wavenumber of an axis."""
     qy = grid.wavevectors[1]
-    along, across, square = source.drift[0] * qx, source.drift[1] * qy, qx**2 + qy**2
+    along = source.drift[0] * qx
+    across = source.drift[1] * qy
+    square = qx**2 + qy**2
     square[square == 0.0] = 1.0  # q = 0: any finite response, replaced by the caller
 
     def both_signs_of_qy(part: slice, along: Field) -> Complex:

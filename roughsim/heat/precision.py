@@ -28,7 +28,8 @@ def need_resolved(grid: Grid, speed: float, diffusivity: float) -> None:
 
 def need_phases(grid: Grid, speed: float, durations: Array) -> None:
     """Refuse with a ValueError a finite time, s, over which a source slides too many cells to follow its phase."""
-    longest, side = durations[np.isfinite(durations)].max(initial=0.0), max(grid.lengths)
+    longest = durations[np.isfinite(durations)].max(initial=0.0)
+    side = max(grid.lengths)
     if abs(speed) * longest > FURTHEST * side:
         raise ValueError(
             f"speed = {speed:.6g} m/s over {longest:.6g} s slides further than {FURTHEST:g} cells of {side:.6g} m, "

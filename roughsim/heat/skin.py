@@ -141,8 +141,10 @@ def response_from_rest(
     young = square * spread < FORGOTTEN * max(1.0, layers.diffusion)
     if math.isinf(spread) or not young.any():
         return response
-    square, start, steady = square[young], -1j * advection[young], response[young]
-    integral: Complex = np.zeros(steady.shape, np.complex128)
+    square = square[young]
+    start = -1j * advection[young]
+    steady = response[young]
+    integral: Complex = np.zeros(steady.shape, complex)
     for node, weight in zip(laplace.NODES / spread, laplace.WEIGHTS / (2 * spread), strict=True):
         here = steady_response(square, 1j * node, layers, depth)
         integral += weight * (here - steady) / (node - start)
@@ -225,7 +227,8 @@ def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[A
     # degree n − 1, a quadrature to 2n − 1
     if not wavenumber.size:
         return wavenumber, wavenumber
-    low, high = math.log(wavenumber.min()), math.log(wavenumber.max())
+    low = math.log(wavenumber.min())
+    high = math.log(wavenumber.max())
     count = 2 * _node_count(max(high - low, 1.0))
     if count >= wavenumber.size:
         return _quarter_turn(wavenumber, rate, layers)

@@ -43,7 +43,8 @@ def contact_temperature(temperature: ArrayLike, heat_flux: ArrayLike) -> Contact
     if not values.size:
         return ContactTemperature(math.nan, math.nan, math.nan, values, values.copy())
     order = np.argsort(values)
-    values, weights = values[order], weights[order]
+    values = values[order]
+    weights = weights[order]
     cooler = np.cumsum(weights) / weights.sum()
     flash = float((values * weights).sum() / weights.sum())
     return ContactTemperature(flash, float(values.mean()), float(values[-1]), values, cooler)
@@ -96,7 +97,7 @@ def joint_distribution(
 
 def rms_temperature(temperature: ArrayLike) -> float:
     """Return the root mean square of a temperature field about its mean, over the whole cell, K."""
-    return float(real_field("temperature", temperature).std(dtype=np.float64))
+    return float(real_field("temperature", temperature).std(dtype=float))
 
 
 def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) -> Array:
@@ -106,7 +107,8 @@ def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) ->
     is Σ_q |T(q)|² J₀(|q|r), K², in the shape of `r`, the square of `rms_temperature` at r = 0. TypeError or ValueError
     for a field or a distance out of its range.
     """
-    field, distance = real_field("temperature", temperature, grid.shape), np.asarray(r, np.float64)
+    field = real_field("temperature", temperature, grid.shape)
+    distance = np.asarray(r, float)
     limit = 0.5 * math.hypot(*grid.lengths)
     outside = ~((distance >= 0.0) & (distance <= limit * (1 + 1e-12)))
     if outside.any():
@@ -116,7 +118,7 @@ def temperature_correlation(temperature: ArrayLike, grid: Grid, r: ArrayLike) ->
         )
     from roughsim.fourier.power import gathered_power  # loads numba
 
-    amplitude = fourier.forward(field.astype(np.float64, copy=False))
+    amplitude = fourier.forward(field.astype(float, copy=False))
     wavenumber, entry = distinct_wavenumbers(grid)
     _, power = gathered_power(amplitude, grid.multiplicity, entry, wavenumber.size)
     values = [
@@ -166,7 +168,7 @@ def wake_profile(
     """
     field = real_field("temperature", temperature, grid.shape)
     contact = checked_flux(heat_flux, grid.shape) > 0.0
-    behind = np.atleast_1d(np.asarray(distances, np.float64))
+    behind = np.atleast_1d(np.asarray(distances, float))
     # from the centre of the last pixel of the contact, in pixels
     steps = behind / grid.spacing[0] + 0.5
     if not (np.isfinite(steps) & (steps >= 1.0)).all():
@@ -178,10 +180,11 @@ def wake_profile(
     means = np.full(behind.shape, math.nan)
     for step in range(1, 1 + min(grid.shape[0], math.ceil(steps.max(initial=0.0)))):
         longer = ~contact[i - step, j] & (periodic | (i >= step))
-        i, j = i[longer], j[longer]
+        i = i[longer]
+        j = j[longer]
         here = (steps > step - 1) & (steps <= step)
         if i.size and here.any():
-            before, now = (field[i - k, j].mean(dtype=np.float64) for k in (step - 1, step))
+            before, now = (field[i - k, j].mean(dtype=float) for k in (step - 1, step))
             means[here] = now + (step - steps[here]) * (before - now)
     return means
 
@@ -261,7 +264,9 @@ def effective_temperature(
     T, K. ValueError if T_flash is not finite; ConvergenceError without a fixed point in 100 steps.
     """
     start = number("background_temperature", background_temperature, "K")
-    value, weight, last = start, 1.0, 0.0
+    value = start
+    weight = 1.0
+    last = 0.0
     for _ in range(_STEPS):
         target = start + 0.75 * number("flash_temperature", flash_temperature(value), "K")
         change = target - value
@@ -269,7 +274,8 @@ def effective_temperature(
             return target
         if change * last < 0.0:  # beyond the fixed point: smaller steps, for good
             weight *= 0.5
-        value, last = value + weight * change, change
+        value = value + weight * change
+        last = change
     residual = abs(change / target)
     raise ConvergenceError(
         f"temperature = {value:.6g} K still changes by {100 * residual:.3g} % after {_STEPS} steps: there is no fixed "
@@ -290,4 +296,4 @@ def _contact_pixels(temperature: ArrayLike, heat_flux: ArrayLike) -> tuple[Array
             RuntimeWarning,
             stacklevel=3,
         )
-    return field[contact].astype(np.float64), flux[contact]
+    return field[contact].astype(float), flux[contact]

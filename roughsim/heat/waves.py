@@ -17,7 +17,7 @@ def response_of_waves(square: Field, advection: Field, depth: float, spread: flo
     """κT/q̇ of the modes with q² = `square` and q·v/D = `advection`, both 1/m²."""
     modulus = np.sqrt(square**2 + advection**2)  # |λ|²; real numbers cost half of a complex root
     real = np.sqrt((modulus + square) / 2)
-    surface: Complex = np.empty(real.shape, np.complex128)
+    surface: Complex = np.empty(real.shape, complex)
     surface.real, surface.imag = real / modulus, advection / (2 * real * modulus)  # 1/λ
     response = surface if depth == 0.0 else surface * np.exp(-depth * modulus * surface.conj())
     young = square * spread < FORGOTTEN  # not steady yet

@@ -78,7 +78,8 @@ def _remembered(wavenumbers: bytes, source: MovingSource, distance: float) -> Ar
     means = []
     for start in range(0, q.size, _BLOCK):
         part = q[start : start + _BLOCK]
-        low, high = float(part.min()), float(part.max())
+        low = float(part.min())
+        high = float(part.max())
         few = min([1.0, low / rate, *(1 / (high * one) for one in lengths if 0 < one < math.inf)])
         narrow = 1.0
         if lens is not None and lens.behind is not None:
@@ -88,7 +89,8 @@ def _remembered(wavenumbers: bytes, source: MovingSource, distance: float) -> Ar
         half = np.diff(edges)[:, None] / 2
         angle = (edges[:-1, None] + half * (1 + points)).ravel()  # from q_x = 0
         share = (half * weights).ravel() * 2 / math.pi
-        x, y = part[:, None] * np.sin(angle), part[:, None] * np.cos(angle)
+        x = part[:, None] * np.sin(angle)
+        y = part[:, None] * np.cos(angle)
         response = response_of(x**2 + y**2, rate * x, source._replace(drift=(rate, 0.0)))
         power = share * (response.real**2 + response.imag**2)
         if distance == 0.0:
@@ -118,7 +120,7 @@ def hottest_of(
     """
     mean_square = _mean_square(pressure, grid, camera, spectrum)
     rms = np.array(camera.heating) * np.sqrt([mean_square(one) for one in camera.sources])
-    return np.asarray(rms * hottest_over_rms(pressure, grid, sliding, camera, spectrum))
+    return rms * hottest_over_rms(pressure, grid, sliding, camera, spectrum)
 
 
 def _mean_square(
@@ -130,7 +132,8 @@ def _mean_square(
         return lambda one: float(np.sum(waves * mean_squares_of_waves(grid, one)))
     if spectrum is None:
         spectrum, _ = stress_spectrum(transformed(pressure), grid, gathering(grid))
-    q, variance = spectrum.wavenumber, spectrum.variance
+    q = spectrum.wavenumber
+    variance = spectrum.variance
     return lambda one: float(variance @ mean_squares(q, one))
 
 
@@ -160,7 +163,7 @@ def hottest_over_rms(
     hottest = np.full(len(camera.sources), np.nan)
     younger = _young(grid, sliding, camera)
     for k, field in enumerate(pictures(pressure, grid, sliding, camera)):
-        own = float(np.sqrt(np.mean(np.square(field, dtype=np.float64))))
+        own = float(np.sqrt(np.mean(np.square(field, dtype=float))))
         if own > 0.0:
             older = _older(mean_square, camera.sources[k], younger[k])
             hottest[k] = _exceeded(field, own * math.sqrt(older)) / (own * math.sqrt(1 + older))
@@ -175,18 +178,22 @@ def _older(
     if whole == young or (whole.lens is not None and whole.lens.smear > slid):
         return 0.0
     # the direction of sliding does not count in means over all of them
-    seen, all_of_it = mean_square(young._replace(drift=whole.drift)), mean_square(whole)
+    seen = mean_square(young._replace(drift=whole.drift))
+    all_of_it = mean_square(whole)
     return max(all_of_it / seen - 1.0, 0.0) if seen > 0.0 else 0.0
 
 
 def _exceeded(field: Field, spread: float) -> float:
     """Return what `EXCEEDED` of a field exceeds with a normally distributed number of this standard deviation added."""
     hottest = float(np.quantile(field, 1.0 - EXCEEDED))
-    low, high = float(field.min()), float(field.max())
+    low = float(field.min())
+    high = float(field.max())
     if spread <= 1e-3 * (high - low):
         return hottest
     counts, edges = np.histogram(field, _BINS, (low, high))
-    middles, low, high = (edges[:-1] + edges[1:]) / 2, hottest - 3 * spread, high + 3 * spread
+    middles = (edges[:-1] + edges[1:]) / 2
+    low = hottest - 3 * spread
+    high = high + 3 * spread
     for _ in range(40):
         value = (low + high) / 2
         above = float(counts @ ndtr((middles - value) / spread)) / field.size
@@ -204,14 +211,12 @@ def pictures(pressure: Field, grid: Grid, sliding: HeatSource, camera: Camera) -
 
 def _young(grid: Grid, sliding: HeatSource, camera: Camera) -> list[MovingSource]:
     """Return the sources that slide through the cell so far that no contact meets its own track."""
-    diffusivities = np.broadcast_to(sliding.diffusivity, len(sliding.speeds)).tolist()
-    directions = np.broadcast_to(camera.direction, len(diffusivities)).tolist()
+    directions = np.broadcast_to(camera.direction, len(sliding.speeds)).tolist()
     sources = []
-    for speed, diffusivity, angle, seen in zip(
-        sliding.speeds, diffusivities, directions, camera.sources, strict=True
-    ):
-        drift, _, chord = moving(grid, speed, diffusivity, angle)
-        rate, lens = math.hypot(*drift), seen.lens
+    for body, angle, seen in zip(sliding.bodies, directions, camera.sources, strict=True):
+        drift, _, chord = moving(grid, body.speed, body.diffusivity, angle)
+        rate = math.hypot(*drift)
+        lens = seen.lens
         # in half a cell no contact meets its own track
         slid = min(seen.spread * rate, camera.slid_distance or chord / 2)
         if lens is not None and lens.behind is not None:
@@ -261,7 +266,8 @@ def widths(correlation: Array, y: Array) -> Array:
         return np.full(len(correlation), np.nan)
     excess = CubicSpline(np.log(y[1:]), (correlation - correlation[:, :1] / 2)[:, 1:], axis=1)
     of_mean = CubicSpline(np.log(y[1:]), (mean - mean[0] / 2)[1:])
-    low, high = np.log(y[below[0] - 1]), np.log(y[below[0]])
+    low = np.log(y[below[0] - 1])
+    high = np.log(y[below[0]])
     place = next(root for root in of_mean.solve(0.0, extrapolate=False) if low <= root <= high)
     half = math.exp(place)
-    return np.asarray(2.0 * half * (1.0 - excess(place) / of_mean(place, 1)))
+    return 2.0 * half * (1.0 - excess(place) / of_mean(place, 1))

@@ -27,13 +27,15 @@ class SlideCurve:
     description: str
 
 
-CAMERA, DISTRIBUTION = "camera", "distribution"
+CAMERA = "camera"
+DISTRIBUTION = "distribution"
 ASKED_BY = {  # the lines of a scene that ask for observables
     DISTRIBUTION: "[observables] temperature_distribution = true",
     CAMERA: "a section [camera]",
 }
 # of the picture of faces with a lay, at distances across sliding: of others they follow from the stress spectra
-CORRELATIONS, _IN_DIRECTIONS = tuple(f"seen_correlation_{k}" for k in range(49)), "directed camera"
+CORRELATIONS = tuple(f"seen_correlation_{k}" for k in range(49))
+_IN_DIRECTIONS = "directed camera"
 _FRACTIONS = (0.5, 0.1, 0.0)  # of g(0) that the correlation falls to at its radii
 
 
@@ -44,7 +46,8 @@ def radius(sample: Sample, fraction: float) -> Array:
     """
     from scipy.special import j0, j1  # slow to import
 
-    q, mean = sample.wavenumber, sample.spectrum.mean(axis=0)
+    q = sample.wavenumber
+    mean = sample.spectrum.mean(axis=0)
     r = float(sample.values_of(f"r({fraction})", lambda s: _crossing(s, fraction))[0])
     if not np.isfinite(r):
         return np.full((len(sample.spectrum), 1), np.nan)

@@ -129,12 +129,16 @@ def _mean_near(
     young = 0.3 / (source.spread * rate)  # 0 of steady sliding
     mean = np.zeros_like(along)
     for first, one in zip(*legendre.leggauss(_ACROSS), strict=True):
-        s, c, tilt = along + first * short / 2, across + first * aside / 2, tilted / long
+        s = along + first * short / 2
+        c = across + first * aside / 2
+        tilt = tilted / long
         few = np.maximum((c - tilt * s) ** 2, (_LEAST * (abs(aside) + abs(tilted))) ** 2) / rate
         few = np.maximum(few, young)
-        low, high = s - abs(long) / 2, s + abs(long) / 2
+        low = s - abs(long) / 2
+        high = s + abs(long) / 2
         for start, stop in ((low, np.clip(0.0, low, high)), (np.clip(0.0, low, high), high)):
-            first_x, last_x = np.arcsinh(start / few), np.arcsinh(stop / few)
+            first_x = np.arcsinh(start / few)
+            last_x = np.arcsinh(stop / few)
             x = first_x[:, None] + (last_x - first_x)[:, None] * (1 + points) / 2
             at = few[:, None] * np.sinh(x)
             width = few[:, None] * np.cosh(x) * (last_x - first_x)[:, None] / 2
@@ -146,4 +150,4 @@ def _mean_near(
 def _power(along: Array, across: Array, source: MovingSource) -> Array:
     """Return |F|² of waves, m²."""
     response = response_of(along**2 + across**2, math.hypot(*source.drift) * along, source)
-    return np.asarray(response.real**2 + response.imag**2)
+    return response.real**2 + response.imag**2

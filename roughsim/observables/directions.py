@@ -1,7 +1,8 @@
 """T_flash of one contact in one direction of sliding, by the field of temperature itself."""
 
+from dataclasses import asdict
+
 import numpy as np
-from numpy.typing import ArrayLike
 
 from roughsim.grid import Array, Grid
 from roughsim.heat.periodic import sliding_temperature
@@ -34,25 +35,16 @@ def flash_temperature_along(
     slid_distance : float, optional
         Distance slid since the start from rest, m. Default: half the chord of the cell along `direction`.
     """
-
-    def at_speeds(value: ArrayLike) -> list[float]:
-        return np.broadcast_to(value, len(sliding.speeds)).tolist()
-
-    friction, kappa, diffusivity = map(
-        at_speeds, (sliding.friction_coefficient, sliding.conductivity, sliding.diffusivity)
-    )
-    mean, found = float(pressure.mean()), []
-    for k, speed in enumerate(sliding.speeds):
+    frictions = np.broadcast_to(sliding.friction_coefficient, len(sliding.speeds)).tolist()
+    mean = float(pressure.mean())
+    found = []
+    for body, friction in zip(sliding.bodies, frictions, strict=True):
         temperature = sliding_temperature(
-            sliding.heat_partition * friction[k] * abs(speed) * pressure,
+            sliding.heat_partition * friction * abs(body.speed) * pressure,
             grid,
-            speed=speed,
-            conductivity=kappa[k],
-            diffusivity=diffusivity[k],
             direction=direction,
             slid_distance=slid_distance,
-            skin=sliding.skin,
-            heat_depth=sliding.heat_depth,
+            **asdict(body),
         )
         found.append(float(np.mean(temperature * pressure)) / mean)
     return np.array(found)

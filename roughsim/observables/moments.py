@@ -28,8 +28,9 @@ from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
 from roughsim.grid import Array, Grid, need_grid
+from roughsim.heat.body import Body
 from roughsim.heat.periodic import MovingSource, moving, unit_vector
-from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means, layering
+from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means
 from roughsim.observables.directed import sums_in_directions
 from roughsim.observables.stress_spectrum import (
     Gathering,
@@ -123,9 +124,18 @@ class HeatSource:
             object.__setattr__(self, name, entry)
 
     @property
+    def bodies(self) -> list[Body]:
+        """The heated body at each speed."""
+        columns = np.broadcast(self.conductivity, self.diffusivity, self.speeds)
+        return [
+            Body(float(kappa), float(d), float(v), self.skin, self.heat_depth)
+            for kappa, d, v in columns
+        ]
+
+    @property
     def rates(self) -> list[float]:
         """v/D at each speed, 1/m, with the sign of the speed."""
-        return (np.array(self.speeds) / np.asarray(self.diffusivity)).tolist()
+        return [body.speed / body.diffusivity for body in self.bodies]
 
     def sources(self, grid: Grid) -> list[MovingSource]:
         """Return the source at each speed, over half of a `grid` if it starts from rest; along x without a direction.
@@ -133,23 +143,20 @@ class HeatSource:
         ValueError for a cell or a speed at which the heat is lost in rounding.
         """
         slid = None if self.from_rest else math.inf
-        each = np.broadcast(self.speeds, self.diffusivity, self.direction or 0.0)
+        angles = np.broadcast_to(self.direction or 0.0, len(self.speeds)).tolist()
         found = []
-        for values, rate, layers in zip(each, self.rates, self.layers, strict=True):
-            speed, diffusivity, angle = map(float, values)
-            _, duration, _ = moving(grid, speed, diffusivity, angle, slid)
+        for body, angle in zip(self.bodies, angles, strict=True):
+            _, duration, _ = moving(grid, body.speed, body.diffusivity, angle, slid)
             ux, uy = unit_vector(angle)
-            spread = diffusivity * float(duration)
-            found.append(MovingSource((rate * ux, rate * uy), spread, layers=layers))
+            rate = body.speed / body.diffusivity
+            spread = body.diffusivity * float(duration)
+            found.append(MovingSource((rate * ux, rate * uy), spread, layers=body.layers))
         return found
 
     @property
     def layers(self) -> tuple[Layering | None, ...]:
         """The skin and the depth of release in units of the body at each speed; None of a bare body."""
-        pairs = np.broadcast(np.array(self.speeds), self.conductivity, self.diffusivity)
-        return tuple(
-            layering(self.skin, self.heat_depth, float(kappa), float(d)) for _, kappa, d in pairs
-        )
+        return tuple(body.layers for body in self.bodies)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -242,7 +249,7 @@ def measure(
     """
     grid, sliding = _grid_and_source(contact, grid, sliding)
     sources = [] if sliding.direction is None else sliding.sources(grid)
-    pressure = real_plane("pressure", contact.pressure, grid.shape).astype(np.float64, copy=False)
+    pressure = real_plane("pressure", contact.pressure, grid.shape).astype(float, copy=False)
     low, high = float(pressure.min()), float(pressure.max())  # NaN if any pressure is
     if not (math.isfinite(low) and math.isfinite(high)):
         need_finite("pressure", pressure)
@@ -343,7 +350,8 @@ def grid_responses(
     grid: Grid, rates: tuple[float, ...], layers: tuple[Layering | None, ...]
 ) -> GridResponses:
     """Return the responses at the wavenumbers of a grid for v/D = `rates`, 1/m, of either sign."""
-    gathered, pairs = gathering(grid), list(zip(map(abs, rates), layers, strict=True))
+    gathered = gathering(grid)
+    pairs = list(zip(map(abs, rates), layers, strict=True))
 
     def means(q: Array) -> Array:
         return np.stack([means_over_directions(q, *pair) for pair in pairs], axis=1)
@@ -360,7 +368,8 @@ def sums_over_directions(
     spectrum: StressSpectrum, unseen: Array, responses: GridResponses
 ) -> Array:
     """Return Σ w Re F/|q|, −Σ w Re(i cosφ F), Σ w |q| Re F, averaged over all directions; shape (3, speeds)."""
-    q, w = spectrum.wavenumber, spectrum.variance
+    q = spectrum.wavenumber
+    w = spectrum.variance
 
     def total(response: Array, weight: Array) -> Array:
         # in short pieces, or the sums would depend on the number of threads of the BLAS

@@ -127,7 +127,7 @@ class Observable:
     def of_member(self, measured: Measured) -> Array:
         """Return the number to store of one member, (speeds,) or (1,)."""
         measure = self.measure or (lambda one: getattr(one.observables, self.name))
-        return np.atleast_1d(np.asarray(measure(measured), dtype=np.float64))
+        return np.atleast_1d(np.asarray(measure(measured), dtype=float))
 
     def of_level(self, sample: Sample) -> Array:
         """Return the influence values at one level, (realizations, speeds) or (realizations, 1)."""
@@ -150,7 +150,8 @@ def product(first: Array, second: Array) -> Array:
 
 def ratio(above: Array, below: Array, power: float = 1.0) -> Array:
     """Return influence values of (⟨above⟩/⟨below⟩)^power with the pairing of the rows kept; arrays (n, any)."""
-    top, bottom = above.mean(axis=0), below.mean(axis=0)
+    top = above.mean(axis=0)
+    bottom = below.mean(axis=0)
     with np.errstate(all="ignore"):  # undefined ratios become NaN
         value = (top / bottom) ** power
         change: Array = value * (1.0 + power * ((above - top) / top - (below - bottom) / bottom))

@@ -84,12 +84,15 @@ class StressSpectrum:
             )
         if not self.pressure_variance > 0.0:
             return math.nan
-        r, bounded = start, -1.0
+        r = start
+        bounded = -1.0
         for reach in (self.reach * part for part in _NEARER):
             near = self.gathered(reach) if r <= reach else self
             # g(r)/g(0) = Σ share·J₀(qr)
-            q, share = near.wavenumber, near.variance / self.pressure_variance
-            even, odd = share * q ** np.array([[0], [2]]), share * q ** np.array([[1], [3]])
+            q = near.wavenumber
+            share = near.variance / self.pressure_variance
+            even = share * q ** np.array([[0], [2]])
+            odd = share * q ** np.array([[1], [3]])
             while r <= reach:
                 x = q * r
                 g, g2 = np.einsum("kq,q->k", even, j0(x)).tolist()
@@ -99,7 +102,8 @@ class StressSpectrum:
                     return r
                 if r > 2.0 * bounded:  # the bound at a smaller r holds as well
                     fourth = _FOURTH / np.hypot(1.0, x / _FALLING) ** 0.5
-                    bound, bounded = float(np.sum(np.abs(odd[1]) * q * fourth)), r
+                    bound = float(np.sum(np.abs(odd[1]) * q * fourth))
+                    bounded = r
                 second, third = further_derivatives(r, g1, g2, g3)
                 # a step that the falling terms alone allow: Newton's method for the s at which they use up the excess
                 falling = [
@@ -120,7 +124,8 @@ class StressSpectrum:
         low = self.wavenumber < _STENCIL * spacing
         position = self.wavenumber[~low] / spacing - _STENCIL
         cell = np.minimum(position.astype(np.intp), cells - 1)
-        offset, power = position - cell - 0.5, self.variance[~low]
+        offset = position - cell - 0.5
+        power = self.variance[~low]
         moments = np.empty((_POWERS, cells))
         for row in moments:
             row[:] = np.bincount(cell, power, minlength=cells)
@@ -162,7 +167,7 @@ def stress_spectrum(
     unseen = np.bincount(waves.entry, share, minlength=waves.wavenumber.size)
     reach = 0.5 * math.hypot(*grid.lengths)
     spectrum = StressSpectrum(nodes.entries, nodes.compacted(sums), reach)
-    return spectrum, unseen.astype(np.float64, copy=False)
+    return spectrum, unseen.astype(float, copy=False)
 
 
 class _NyquistWaves(NamedTuple):
@@ -180,7 +185,8 @@ class _NyquistWaves(NamedTuple):
 
 def nyquist_waves(grid: Grid) -> _NyquistWaves:
     """Return the waves of a grid that have no derivative along an axis."""
-    (nx, ny), (qx, qy) = grid.shape, grid.wavevectors
+    nx, ny = grid.shape
+    qx, qy = grid.wavevectors
     wavenumber, entry = distinct_wavenumbers(grid)
     q = wavenumber[entry].reshape(nx // 2 + 1, ny // 2 + 1)
     share = np.zeros_like(q)
@@ -243,7 +249,8 @@ class _UniformNodes:
         """Return the variance at each entry from the variance in each slot."""
         own = sums[1 : self.kept]
         table: Array = sums[self.kept :].reshape(self.offset.shape)
-        cells, half = table.shape[1], _STENCIL // 2
+        cells = table.shape[1]
+        half = _STENCIL // 2
         spread = np.zeros(self.entries.size - own.size)
         if cells:
             from roughsim._kernels.gathering import POWERS, moments_of_columns  # loads numba
@@ -258,7 +265,7 @@ class _UniformNodes:
             even, odd = (coefficients[:, s::2] @ moments[s::2] for s in (0, 1))
             for j, part in enumerate((*(even + odd), *(even - odd)[::-1])):
                 spread[j : j + cells] += part
-        return np.concatenate((own, spread), dtype=np.float64)[self.order]
+        return np.concatenate((own, spread), dtype=float)[self.order]
 
 
 def uniform_nodes(grid: Grid) -> _UniformNodes:
@@ -269,7 +276,9 @@ def uniform_nodes(grid: Grid) -> _UniformNodes:
     cells = int((wavenumber[-1] - split) / spacing) + 1
     nodes = spacing * np.arange(_STENCIL // 2 + 1, _STENCIL // 2 + cells + _STENCIL)
     if cells < 1 or nodes.size >= wavenumber.size:
-        split, cells, nodes = math.inf, 0, nodes[:0]
+        split = math.inf
+        cells = 0
+        nodes = nodes[:0]
     kept = int(np.searchsorted(wavenumber, split))
     # positions in units of the spacing: a cell lies between the nodes 0 and 1 of the nodes −11 … 12 around it
     position = wavenumber[kept:] / spacing - _STENCIL

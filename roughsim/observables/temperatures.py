@@ -69,13 +69,11 @@ def contact_fields(
     speeds = len(sliding.speeds)
     flux = (pressure / pressure.mean()).astype(np.float32)
     sources = []
-    diffusivities = np.broadcast_to(sliding.diffusivity, speeds).tolist()
     directions = np.broadcast_to(slide.direction, speeds).tolist()
-    for speed, diffusivity, angle, layers in zip(
-        sliding.speeds, diffusivities, directions, sliding.layers, strict=True
-    ):
-        drift, durations, _ = moving(grid, speed, diffusivity, angle, slide.slid_distance)
-        sources.append(MovingSource(drift, diffusivity * float(durations), layers=layers))
+    for body, angle in zip(sliding.bodies, directions, strict=True):
+        drift, duration, _ = moving(grid, body.speed, body.diffusivity, angle, slide.slid_distance)
+        spread = body.diffusivity * float(duration)
+        sources.append(MovingSource(drift, spread, layers=body.layers))
     if flux.min() == flux.max():  # only q = 0, which is left out
         fields = [np.zeros(grid.points, np.float32)] * speeds
     else:
@@ -96,7 +94,7 @@ def own_flash(
     heating = np.multiply(sliding.friction_coefficient, np.abs(sliding.speeds))
     flux = sliding.heat_partition * heating
     own = np.array([field @ heat for field in fields]) / heat.sum()  # κ T_flash/q̇, m
-    return np.asarray(flux * nominal_pressure * own / np.asarray(sliding.conductivity))
+    return flux * nominal_pressure * own / np.asarray(sliding.conductivity)
 
 
 # half of the time of a contact of 512² points; the grids of a run come in turn
@@ -114,10 +112,13 @@ def distribution_of(
     """
     levels = np.array([*LEVELS.values()])
     flashes = np.broadcast_to(flash_temperature, len(temperatures))
-    by_heat, by_area, bins = [], [], []
+    by_heat = []
+    by_area = []
+    bins = []
     for field, weights, flash in zip(temperatures, pressures, flashes, strict=True):
         order = np.argsort(field)
-        values, heat = field[order].astype(np.float64), weights[order].astype(np.float64)
+        values = field[order].astype(float)
+        heat = weights[order].astype(float)
         with np.errstate(all="ignore"):  # 0/0 of a uniform pressure
             values *= float(flash) * heat.sum() / (values @ heat)
         by_heat.append(weighted_quantiles(values, heat, levels))

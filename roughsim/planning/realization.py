@@ -9,7 +9,7 @@ from roughsim import prediction
 from roughsim.contact import Solid
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
-from roughsim.heat.partition import Body
+from roughsim.heat.body import Body
 from roughsim.observables.temperatures import SlideFromRest
 from roughsim.pipeline import Problem, Solution, linear_algebra, solve_problem
 from roughsim.scene import Scene, SceneLike, as_scene

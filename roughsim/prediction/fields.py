@@ -80,7 +80,7 @@ def slid_fields(scene: Scene) -> Sample | None:
     """
     if scene.sliding.history != SLIDING or not (_has_fields(scene, 0) and _has_fields(scene, 1)):
         return None
-    from roughsim.heat.partition import Body
+    from roughsim.heat.body import Body
     from roughsim.sliding.stepping import Motion
 
     constants = np.array([friction_coefficient(scene), *conduction(scene)[1:]]).T.tolist()

@@ -11,9 +11,12 @@ class StressCorrelation:
     """Correlation of the stress at points of the resting body with the stress at several earlier positions."""
 
     def __init__(self, grid: Grid) -> None:
-        self.grid, self.every, self.taken = grid, 1, 0
+        self.grid = grid
+        self.every = 1
+        self.taken = 0
         self.anchors: list[tuple[int, Complex]] = []
-        self.sums, self.counts = np.zeros(16), np.zeros(16, np.intp)
+        self.sums = np.zeros(16)
+        self.counts = np.zeros(16, np.intp)
 
     def add(self, stress: Complex) -> None:
         """Take the stress of the next position."""
@@ -24,7 +27,8 @@ class StressCorrelation:
         if self.taken % self.every == 0:
             self.anchors.append((self.taken, stress))
         if len(self.anchors) > _ANCHORS:  # every other one: they stay spread over the whole way
-            self.anchors, self.every = self.anchors[::2], 2 * self.every
+            self.anchors = self.anchors[::2]
+            self.every = 2 * self.every
         square = stress[0, 0].real ** 2
         for position, earlier in self.anchors:
             self.sums[self.taken - position] += mean_product(self.grid, earlier, stress) - square
@@ -34,8 +38,7 @@ class StressCorrelation:
     def mean(self) -> Array:
         """Return the correlation at lags of 1, 2 … steps, relative to the mean variance; NaN without a variance."""
         correlation = self.sums[: self.taken] / self.counts[: self.taken]
-        relative: Array = correlation[1:] / (correlation[0] or np.nan)
-        return relative
+        return correlation[1:] / (correlation[0] or np.nan)
 
 
 def mean_product(grid: Grid, first: Complex, second: Complex) -> float:

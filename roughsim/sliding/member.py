@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from roughsim.contact import Contact, Solid
 from roughsim.grid import Array, Grid
-from roughsim.heat.partition import Body
+from roughsim.heat.body import Body
 from roughsim.observables.catalogue import CURVES, NUMBERS, quantiles_of
 from roughsim.observables.member import Member, StoredMoments
 from roughsim.observables.moments import HeatSource
@@ -33,7 +33,9 @@ from roughsim.surface.synthesis import synthesize
 
 # bytes per point at the peak of a slide, measured: of the contact, of each speed, and of each exponential that a body
 # remembers, whose weights are those of all modes if it is bare, and of each mode with a skin or heat in depth
-BYTES_OF_CONTACT, BYTES_OF_SPEED, BYTES_OF_TERM = 420.0, 85.0, {"bare": 8.0, "layered": 12.0}
+BYTES_OF_CONTACT = 420.0
+BYTES_OF_SPEED = 85.0
+BYTES_OF_TERM = {"bare": 8.0, "layered": 12.0}
 BYTES_OF_PICTURE = 8.0  # of a camera, at each speed
 BYTES_OF_STEP = 2000.0  # of the numbers and the ended spots of a step
 POINTS = 64  # distances, in geometric sequence, at which the curves are stored
@@ -83,10 +85,8 @@ class SlideProblem:
         """The peak memory of the slide, bytes: both bodies remember their heat, at each speed."""
         decades = math.log10(max(self.steps, 2))
         # the usual numbers of exponentials, within 2 from 24 to 10⁴ steps
-        bare, layered = (
-            BYTES_OF_TERM["bare"] * (4 + 3 * decades),
-            BYTES_OF_TERM["layered"] * (1 + 8 * decades),
-        )
+        bare = BYTES_OF_TERM["bare"] * (4 + 3 * decades)
+        layered = BYTES_OF_TERM["layered"] * (1 + 8 * decades)
         bodies = [body for motion in self.motions for body in (motion.moving, motion.resting)]
         heat = sum(bare if body.layers is None else layered for body in bodies)
         each = BYTES_OF_SPEED
@@ -107,22 +107,10 @@ class SlideProblem:
     @property
     def motions(self) -> list[Motion]:
         """The contact's motion at each speed."""
-        friction, kappa, diffusivity = (
-            np.broadcast_to(x, len(self.resting)).tolist()
-            for x in (
-                self.sliding.friction_coefficient,
-                self.sliding.conductivity,
-                self.sliding.diffusivity,
-            )
-        )
-        skin, heat_depth = self.sliding.skin, self.sliding.heat_depth
-        moving = [
-            Body(k, d, skin=skin, heat_depth=heat_depth)
-            for k, d in zip(kappa, diffusivity, strict=True)
-        ]
-        return list(
-            map(Motion, self.sliding.speeds, friction, moving, self.resting, self.distances)
-        )
+        sliding = self.sliding
+        friction = np.broadcast_to(sliding.friction_coefficient, len(self.resting)).tolist()
+        columns = sliding.speeds, friction, sliding.bodies, self.resting, self.distances
+        return list(map(Motion, *columns))
 
 
 def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
@@ -174,7 +162,8 @@ def _followed(
     watchers: Sequence[Watcher] = (),
 ) -> tuple[SlideHistory, dict[str, Array]]:
     """Slide; return the history, and the numbers to store, those of `_means_of` and of the picture of a camera."""
-    grid, pictures = problem.cell, None
+    grid = problem.cell
+    pictures = None
     if problem.shutter is not None:
         pictures = Pictures(grid, path, _ends(problem, path), problem.shutter)
         watchers = [*watchers, pictures]
@@ -193,8 +182,7 @@ def _followed(
 
 def _ends(problem: SlideProblem, path: Path) -> list[int]:
     """Return the last step at each speed."""
-    ends: list[int] = np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
-    return ends
+    return np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
 
 
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
@@ -207,13 +195,15 @@ def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
 def _sliding_contacts(problem: SlideProblem) -> tuple[Path, Iterator[Contact]]:
     """Draw both faces; return the path, and the contacts along it, each solved on demand."""
     path = oblique_path(problem.cell, max(problem.distances))
-    load, tolerance = problem.nominal_pressure, problem.tolerance
+    load = problem.nominal_pressure
+    tolerance = problem.tolerance
     return path, contacts(*faces(problem), problem.cell, problem.solid, load, path, tolerance)
 
 
 def faces(problem: SlideProblem) -> tuple[Array, Array | None]:
     """Draw the face at rest and the one that rides with the moving body, m; None is a flat."""
-    key, moving = (problem.stream, problem.index), problem.moving_spectrum
+    key = (problem.stream, problem.index)
+    moving = problem.moving_spectrum
     heights = synthesize(problem.resting_spectrum, problem.grid, _stream_of(problem.seed, *key))
     if moving is None:
         return heights, None
@@ -259,5 +249,4 @@ def _chosen_steps(path: Path) -> NDArray[np.intp]:
 def snapshot_steps(path: Path) -> list[int]:
     """Return the steps of snapshots: every so many of the `_chosen_steps`, the last among them."""
     chosen = _chosen_steps(path)
-    steps: list[int] = chosen[:: -math.ceil(chosen.size / FRAMES)][::-1].tolist()
-    return steps
+    return chosen[:: -math.ceil(chosen.size / FRAMES)][::-1].tolist()

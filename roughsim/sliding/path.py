@@ -95,7 +95,7 @@ def oblique_path(
             f"slid_distance = {slid_distance:.6g} m is {pixels / stride:.3g} steps of {stride * spacing:.4g} m, of "
             f"which {MOST_STEPS} are the most that are followed; slide less far, or for a shorter time"
         )
-    along = stride * np.arange(max(1, round(pixels / stride)) + 1, dtype=np.float64)
+    along = stride * np.arange(max(1, round(pixels / stride)) + 1, dtype=float)
     across = along * (slope(grid) * grid.spacing[0] / grid.spacing[1])
     offsets = np.rint(np.stack([along, across], axis=1)).astype(np.intp)
     return Path(-offsets if backwards else offsets, along * spacing)

@@ -48,7 +48,10 @@ class Pictures:
     """
 
     def __init__(self, grid: Grid, path: Path, ends: list[int], shutter: Shutter) -> None:
-        self.grid, self.path, self.ends, self.shutter = grid, path, ends, shutter
+        self.grid = grid
+        self.path = path
+        self.ends = ends
+        self.shutter = shutter
         self.weights = [
             exposed(length / path.distance[1], end)
             for length, end in zip(shutter.exposures, ends, strict=True)
@@ -81,7 +84,8 @@ class Pictures:
             )
         ]
         rms, hottest, width = np.array(seen).T
-        q, variance = spectrum.wavenumber, spectrum.variance[None]
+        q = spectrum.wavenumber
+        variance = spectrum.variance[None]
         sample = Sample(np.inf, 0.0, np.zeros(1, np.intp), {}, q, variance, spectrum.reach)
         return {
             "sliding_seen_rms": rms,

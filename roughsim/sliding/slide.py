@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.errors import instance, number, positive, real_field, sized
 from roughsim.grid import Array, Grid, need_grid
-from roughsim.heat.partition import Body
+from roughsim.heat.body import Body
 from roughsim.heat.precision import need_resolved
 from roughsim.sliding.history import follow
 from roughsim.sliding.path import oblique_path
@@ -136,7 +136,7 @@ def slide(  # noqa: PLR0913  (two bodies)
     path = oblique_path(
         grid, distance, None if steps is None else int(steps), backwards=bool(speeds[0] < 0)
     )
-    still = real_field("heights", heights, grid.shape).astype(np.float64, copy=False)
+    still = real_field("heights", heights, grid.shape).astype(float, copy=False)
     riding = None
     if counter_heights is not None:
         riding = real_field("counter_heights", counter_heights, grid.shape).astype(
@@ -158,7 +158,7 @@ def _checked_speeds(speed: ArrayLike, moving: Body, resting: Body) -> Array:
     array = np.asarray(speed)
     if array.dtype.kind not in "iuf" or array.ndim > 1 or array.size == 0:
         raise TypeError(f"speed = {speed!r} must be one real number or a 1-D array of them, in m/s")
-    speeds = np.atleast_1d(array.astype(np.float64))
+    speeds = np.atleast_1d(array.astype(float))
     if not np.isfinite(speeds).all() or not (speeds.min() > 0.0 or speeds.max() < 0.0):
         raise ValueError(
             f"speed = {speed!r} m/s must be finite, not 0, and of one sign: the bodies slide one way"

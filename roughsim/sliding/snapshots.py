@@ -59,7 +59,8 @@ class Projector:
     """Takes the fields of the steps `pictured` of a slide, ascending and from 1 on."""
 
     def __init__(self, grid: Grid, speeds: int, pictured: Sequence[int]) -> None:
-        self.shape, self.pictured = grid.shape, {step: place for place, step in enumerate(pictured)}
+        self.shape = grid.shape
+        self.pictured = {step: place for place, step in enumerate(pictured)}
         sides = snapshot_shape(grid.shape)
         self.pressure = np.empty((len(pictured), *sides), np.float32)
         self.temperature = np.full((speeds, *self.pressure.shape), np.nan, np.float32)
@@ -72,7 +73,8 @@ class Projector:
 
         if n not in self.pictured:
             return
-        place, sides = self.pictured[n], self.pressure.shape[1:]
+        place = self.pictured[n]
+        sides = self.pressure.shape[1:]
         self.pressure[place] = in_blocks(step.contact.pressure, sides)
         for k, spectrum in enumerate(step.temperatures):
             if spectrum is not None:
@@ -107,6 +109,6 @@ def snapshot_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 def in_blocks(field: NDArray[np.float64], sides: tuple[int, ...]) -> NDArray[np.float64]:
     """Return the means over equal blocks, as many as `sides`."""
-    (nx, ny), (x, y) = field.shape, sides
-    means: NDArray[np.float64] = field.reshape(x, nx // x, y, ny // y).mean(axis=(1, 3))
-    return means
+    nx, ny = field.shape
+    x, y = sides
+    return field.reshape(x, nx // x, y, ny // y).mean(axis=(1, 3))

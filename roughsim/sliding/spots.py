@@ -36,25 +36,33 @@ class SpotLives:
         self._positions: Array = np.zeros(0)
         self._distances: list[Array] = []
         self._mean_pixels: list[Array] = []
-        self._last, self._unseen = np.nan, 0
+        self._last = np.nan
+        self._unseen = 0
 
     def add(self, slid_distance: float, touching: NDArray[np.bool_]) -> None:
         """Take the next position: its slid distance, m, further than the last, and its mask of contact."""
         labels, count = labelled_patches(touching)
-        pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:].astype(np.float64)
+        pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:].astype(float)
         if self._labels is None:
-            born, sizes, positions = np.full(count, np.nan), pixels, np.ones(count)
+            born = np.full(count, np.nan)
+            sizes = pixels
+            positions = np.ones(count)
         else:
             middle = (self._last + slid_distance) / 2
             heir = _successors(self._labels, self._born.size, labels, count)
             lives_on = heir >= 0
             self._bury(~lives_on, middle)
-            born, sizes, positions = np.full(count, middle), pixels, np.ones(count)
+            born = np.full(count, middle)
+            sizes = pixels
+            positions = np.ones(count)
             born[heir[lives_on]] = self._born[lives_on]
             sizes[heir[lives_on]] += self._sizes[lives_on]
             positions[heir[lives_on]] += self._positions[lives_on]
-        self._labels, self._last = labels, slid_distance
-        self._born, self._sizes, self._positions = born, sizes, positions
+        self._labels = labels
+        self._last = slid_distance
+        self._born = born
+        self._sizes = sizes
+        self._positions = positions
 
     def _bury(self, dead: NDArray[np.bool_], distance: float) -> None:
         """Keep the lives of those that ended here and whose birth was seen."""
@@ -65,7 +73,8 @@ class SpotLives:
 
     def lives(self) -> Lives:
         """Return the lives that began and ended between the first and the latest position."""
-        nothing, born = np.zeros(0), np.isfinite(self._born)
+        nothing = np.zeros(0)
+        born = np.isfinite(self._born)
         return Lives(
             np.concatenate([nothing, *self._distances]),
             np.concatenate([nothing, *self._mean_pixels]),

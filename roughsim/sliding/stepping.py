@@ -11,10 +11,10 @@ from roughsim import fourier
 from roughsim.contact import Contact, Solid
 from roughsim.errors import ConvergenceError
 from roughsim.grid import Array, Complex, Field, Grid
+from roughsim.heat.body import Body
 from roughsim.heat.equal_temperatures import equalize
 from roughsim.heat.history import History
 from roughsim.heat.layered_history import uniform_rise
-from roughsim.heat.partition import Body
 from roughsim.sliding.correlation import mean_product
 from roughsim.sliding.path import Path
 
@@ -123,11 +123,11 @@ class HeatedBodies:
     """Both bodies at one speed: their histories, and the share of the heat of the latest step."""
 
     def __init__(self, grid: Grid, motion: Motion, stress: Complex, path: Path) -> None:
-        heating, bodies = (
-            motion.friction_coefficient * motion.speed,
-            (motion.resting, motion.moving),
-        )
-        self.grid, self.path, self.heating = grid, path, heating
+        heating = motion.friction_coefficient * motion.speed
+        bodies = (motion.resting, motion.moving)
+        self.grid = grid
+        self.path = path
+        self.heating = heating
         step = (path.distance[1] - path.distance[0]) / motion.speed
         # at first heat flows straight down into both, and warms them alike: bare ones share it by their effusivities
         resting, moving = (1 / uniform_warming(body, step) for body in bodies)
@@ -145,14 +145,16 @@ class HeatedBodies:
             for body, part in zip(bodies, (1 - share, share), strict=True)
         )
         self.response = self.resting.response + self.moving.response
-        self.share, self.step = np.full(grid.shape, share), 0
+        self.share = np.full(grid.shape, share)
+        self.step = 0
         self.temperature: Complex | None = None  # of the surface of the moving body, K
 
     def advance(self, contact: Contact, stress: Complex) -> tuple[float, ...]:
         """Share the heat of the next step, and return the `NUMBERS`."""
         self.step += 1
         phase = phases(self.grid, self.path.offsets[self.step])
-        known, moving_known = self.resting.known(), self.moving.known() * phase
+        known = self.resting.known()
+        moving_known = self.moving.known() * phase
         heat = self.heating * stress
         touching = contact.pressure > 0.0
         released = self.heating * contact.pressure[touching]
@@ -166,10 +168,8 @@ class HeatedBodies:
             jump = fourier.inverse(resting_temperature - moving_temperature, self.grid.shape)[
                 touching
             ]
-            load, both = (
-                stress[0, 0].real,
-                mean_product(self.grid, resting_temperature + moving_temperature, stress),
-            )
+            load = stress[0, 0].real
+            both = mean_product(self.grid, resting_temperature + moving_temperature, stress)
             scale = abs(both) / load * math.sqrt(jump.size)
             residual = float(np.linalg.norm(jump)) / scale
             if residual <= _EQUAL:
@@ -195,10 +195,8 @@ class HeatedBodies:
             mean_product(self.grid, temperature, stress) / load
             for temperature in (resting_temperature, moving_temperature)
         )
-        resting_background, background = (
-            resting_temperature[0, 0].real,
-            moving_temperature[0, 0].real,
-        )
+        resting_background = resting_temperature[0, 0].real
+        background = moving_temperature[0, 0].real
         return (
             moving_total - background,
             resting_total - resting_background,
@@ -223,5 +221,4 @@ def phases(grid: Grid, offset: Any) -> Complex:
     along, across = (
         1j * q * (n * d) for q, n, d in zip((qx, qy), offset, grid.spacing, strict=True)
     )
-    phase: Complex = np.exp(along) * np.exp(across)
-    return phase
+    return np.exp(along) * np.exp(across)

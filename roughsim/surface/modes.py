@@ -87,7 +87,9 @@ def _directed_share(spectrum: Any, grid: Grid, chosen: Mask) -> Array:
                 q[cells] + 0.5 * node * step
                 for q, node, step in zip(vectors, (a, b), grid.mode_spacing, strict=True)
             )
-            q, angle, weight = np.hypot(qx, qy), np.arctan2(qy, qx), weight_a * weight_b
+            q = np.hypot(qx, qy)
+            angle = np.arctan2(qy, qx)
+            weight = weight_a * weight_b
             value = spectrum.at(q, angle)
             both = edge[cells]
             value[both] = 0.5 * (value[both] + spectrum.at(q[both], -angle[both]))
@@ -111,20 +113,22 @@ def mean_over_cells(
     breaks = spectrum.breaks
 
     def both(q: Array) -> Any:
-        within, power = np.clip(q, breaks[0], breaks[-1]), spectrum(q)
+        within = np.clip(q, breaks[0], breaks[-1])
+        power = spectrum(q)
         return np.stack((power * weight(within.ravel()).reshape(q.shape), power))
 
     rows, columns = np.nonzero(modes)
     rows = np.minimum(rows, grid.shape[0] - rows)
     weighted, whole = _polar_cells(both, breaks, rows, columns, grid.mode_spacing)
-    return np.asarray(weighted / whole)
+    return weighted / whole
 
 
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     """Cell integrals for k_x, k_y ≥ 0, with the Nyquist rows counted for both signs."""
     nx, ny = grid.shape
     steps = grid.mode_spacing
-    kx, ky = np.arange(nx // 2 + 1)[:, None], np.arange(ny // 2 + 1)[None, :]
+    kx = np.arange(nx // 2 + 1)[:, None]
+    ky = np.arange(ny // 2 + 1)[None, :]
     # shortest and longest wavenumber of each cell
     near = np.hypot(np.maximum(kx - 0.5, 0) * steps[0], np.maximum(ky - 0.5, 0) * steps[1])
     far = np.hypot((kx + 0.5) * steps[0], (ky + 0.5) * steps[1])
@@ -133,15 +137,17 @@ def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     covered = (far > breaks[0]) & (near < breaks[-1])
     covered[0, 0] = False
     # of many breaks only jumps of C(q) itself are sharp: both ends, and the ends of each term of a sum
-    sharp = np.asarray(breaks, dtype=np.float64)
+    sharp = np.asarray(breaks, dtype=float)
     if len(breaks) > _MANY_BREAKS:
-        below, above = spectrum(sharp * (1 - 1e-6)), spectrum(sharp * (1 + 1e-6))
+        below = spectrum(sharp * (1 - 1e-6))
+        above = spectrum(sharp * (1 + 1e-6))
         sharp = sharp[abs(above - below) > 1e-3 * np.maximum(above, below)]
     # cells near the origin or over a sharp break are integrated in polar coordinates, the others by Gauss points
     special = np.hypot(kx * steps[0], ky * steps[1]) < _NEAR * max(steps)
     for q in sharp:
         special = special | ((near < q) & (q < far))
-    smooth, special = covered & ~special, covered & special
+    smooth = covered & ~special
+    special = covered & special
     rows, columns = np.nonzero(smooth)
     result[smooth] = _smooth_cells(spectrum, rows, columns, steps)
     rows, columns = np.nonzero(special)
@@ -184,7 +190,7 @@ def _polar_cells(
     # a few cells at a time: the work arrays stay small
     parts = [slice(start, start + 4096) for start in range(0, max(cells.size, 1), 4096)]
     each = [_distinct_polar_cells(psd, breaks, kx[part], ky[part], steps) for part in parts]
-    return np.asarray(np.concatenate(each, axis=-1)[..., entry])
+    return np.concatenate(each, axis=-1)[..., entry]
 
 
 def _distinct_polar_cells(
@@ -196,8 +202,10 @@ def _distinct_polar_cells(
 ) -> Any:
     """Return `_polar_cells` of a few cells."""
     # a cell on an axis is twice its half in the quadrant
-    x0, x1 = np.maximum(kx - 0.5, 0) * steps[0], (kx + 0.5) * steps[0]
-    y0, y1 = np.maximum(ky - 0.5, 0) * steps[1], (ky + 0.5) * steps[1]
+    x0 = np.maximum(kx - 0.5, 0) * steps[0]
+    x1 = (kx + 0.5) * steps[0]
+    y0 = np.maximum(ky - 0.5, 0) * steps[1]
+    y1 = (ky + 0.5) * steps[1]
     copies = np.where(kx == 0, 2.0, 1.0) * np.where(ky == 0, 2.0, 1.0)
     corners = [np.hypot(x0, y0), np.hypot(x1, y0), np.hypot(x0, y1), np.hypot(x1, y1)]
     inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in breaks]
@@ -205,7 +213,8 @@ def _distinct_polar_cells(
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t = (nodes + 1) / 2
     # flattens the square roots of θ(q) at the corners
-    smooth, slope = t * t * (3 - 2 * t), 6 * t * (1 - t)
+    smooth = t * t * (3 - 2 * t)
+    slope = 6 * t * (1 - t)
     total: Any = np.zeros(kx.size)
     for low, high in pairwise(edges):
         middle = 0.5 * (low + high)
@@ -213,7 +222,8 @@ def _distinct_polar_cells(
         own = np.flatnonzero((high > low) & (middle > breaks[0]) & (middle < breaks[-1]))
         if not own.size:
             continue
-        left, right = low[own, None], high[own, None]
+        left = low[own, None]
+        right = high[own, None]
         span = np.log(right / left)  # steps in ln q: in long cells C(q) falls by decades
         q = left * np.exp(span * smooth)
         value = psd(np.clip(q, left * (1 + 1e-15), right * (1 - 1e-15)))

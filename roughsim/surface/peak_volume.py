@@ -110,8 +110,8 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     slope = sqrt(float((squares * grid.wavenumbers.ravel()[modes.place] ** 2).sum()))
     nodes = NODES
     while True:
-        s: Complex = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=np.complex128)
-        mean: Complex = np.ones(nodes, dtype=np.complex128)
+        s: Complex = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=complex)
+        mean: Complex = np.ones(nodes, dtype=complex)
         if variance > 0.0:
             own = amplitude / sqrt(variance)
             mean = mean_exponential(own[phased], own[modes.real], s)
@@ -149,4 +149,4 @@ def bessel(z: Complex) -> Complex:
     angles = np.arange(17) * (pi / 32)
     weights = np.where((angles == 0.0) | (angles == angles[-1]), 0.5, 1.0) / 32
     one_sign = np.exp(z[:, None] * np.cos(angles))
-    return np.asarray((one_sign + 1.0 / one_sign) @ weights, dtype=np.complex128)
+    return (one_sign + 1.0 / one_sign) @ weights

@@ -43,7 +43,7 @@ class PowerLaws(Face):
 
     def __call__(self, q: ArrayLike) -> Any:
         """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero outside [q_min, q_max]."""
-        q = np.asarray(q, dtype=np.float64)
+        q = np.asarray(q, dtype=float)
         left, right, psd, exponent = (np.array(column) for column in zip(*self.pieces, strict=True))
         inside = (q >= left[0]) & (q <= right[-1])
         index = np.clip(np.searchsorted(left, q, side="right") - 1, 0, len(left) - 1)
@@ -145,7 +145,8 @@ class SelfAffineSpectrum(PowerLaws):
     @property
     def pieces(self) -> tuple[_Piece, ...]:
         """The stretches (q_left, q_right, C(q_left), exponent), rising in q."""
-        low, high = self.roll_off_exponent, 2.0 + 2.0 * self.hurst
+        low = self.roll_off_exponent
+        high = 2.0 + 2.0 * self.hurst
         kink = min(max(self.q_roll_off, self.q_min), self.q_max)
         return tuple(
             (left, right, self.psd_at_roll_off * (left / self.q_roll_off) ** -exponent, exponent)
@@ -188,7 +189,7 @@ class TabulatedSpectrum(PowerLaws):
                 raise TypeError(
                     f"{name} is a {kind}; a plain array of real numbers in {unit} is needed"
                 )
-            array = np.array(column, dtype=np.float64)
+            array = np.array(column, dtype=float)
             if array.ndim != 1 or array.size < 2:
                 raise ValueError(
                     f"{name} has shape {array.shape}; a table of at least two points is needed"

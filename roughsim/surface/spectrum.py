@@ -93,7 +93,7 @@ class SumSpectrum(Face):
     def at(self, q: Array, angle: Array) -> Array:
         """Return C(q⃗), m⁴, at wavenumbers, rad/m, and angles, radians."""
         terms = (term.at(q, angle) if term.directed else term(q) for term in self.terms)  # type: ignore[attr-defined]
-        return np.asarray(sum(terms))
+        return sum(terms)
 
     def moment(self, order: float) -> float:
         """Return 2π ∫ q^(1 + order) C(q) dq over the whole spectrum, m^(2 − order)."""
@@ -133,7 +133,8 @@ class TruncatedSpectrum(Face):
 
     def __call__(self, q: ArrayLike) -> Any:
         """Return C(q) in m⁴ at wavenumbers in rad/m (any shape); zero outside the ends."""
-        q, last = np.asarray(q, dtype=np.float64), self.breaks[-1]
+        q = np.asarray(q, dtype=float)
+        last = self.breaks[-1]
         first = float(self.whole.breaks[0])
         value = self.factor * self.whole(np.clip(q, first, last))
         return np.where((first <= q) & (q <= last), value, 0.0)

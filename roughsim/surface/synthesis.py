@@ -62,7 +62,8 @@ def synthesize(
     frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
     find_modes: Callable[..., _DrawnModes] = remembered_modes if frozen else independent_modes
     modes = find_modes(spectrum, grid)
-    count, real = modes.kept.size, modes.real
+    count = modes.kept.size
+    real = modes.real
     if amplitudes == "gaussian":
         normal = rng.standard_normal((count, 2))[modes.kept]
         values = modes.deviation * ((normal[:, 0] + 1j * normal[:, 1]) * np.sqrt(0.5))
@@ -73,8 +74,9 @@ def synthesize(
         tangent = np.tan(pi * turn)
         square = tangent * tangent
         size = modes.deviation / (1.0 + square)
-        values = np.empty(turn.shape, np.complex128)
-        values.real, values.imag = (1.0 - square) * size, 2.0 * tangent * size
+        values = np.empty(turn.shape, complex)
+        values.real = (1.0 - square) * size
+        values.imag = 2.0 * tangent * size
         values[real] = np.where(turn[real] < 0.5, modes.deviation[real], -modes.deviation[real])
     # the half spectrum, with the conjugate partners that lie in it
     buffers = transform(grid.shape, np.float64)
@@ -104,25 +106,32 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     A cell has variance if q_max lies above that wavenumber, so the modes of a lower q_max come first.
     """
     variance = mode_variance(spectrum, grid)
-    (nx, ny), half = grid.shape, grid.half_shape
+    nx, ny = grid.shape
+    half = grid.half_shape
     # signed indices; a Nyquist mode is listed with both signs, as on a finer grid
     kx, ky = np.divmod(np.flatnonzero(variance), half[1])
     half_plane = (ky > 0) | (2 * kx <= nx)
-    kx, ky = kx[half_plane], ky[half_plane]
+    kx = kx[half_plane]
+    ky = ky[half_plane]
     twins = (2 * kx == nx) & (ky > 0)
     kx = np.concatenate([np.where(2 * kx > nx, kx - nx, kx), -kx[twins]])
     ky = np.concatenate([ky, ky[twins]])
-    x, y = np.maximum(abs(kx) - 0.5, 0) / grid.lengths[0], np.maximum(ky - 0.5, 0) / grid.lengths[1]
+    x = np.maximum(abs(kx) - 0.5, 0) / grid.lengths[0]
+    y = np.maximum(ky - 0.5, 0) / grid.lengths[1]
     order = np.lexsort((kx, ky, x * x + y * y))
-    kx, ky = kx[order], ky[order]
+    kx = kx[order]
+    ky = ky[order]
     # their places in the half spectrum, and their partners
     kept = (2 * kx != -nx) & ((2 * ky != ny) | (kx >= 0))
-    kx, ky = kx[kept] % nx, ky[kept]
+    kx = kx[kept] % nx
+    ky = ky[kept]
     mirror = (nx - kx) % nx
     lone_column = (ky == 0) | (2 * ky == ny)  # columns that hold both a mode and its conjugate
     own = mirror == kx
-    real, paired = np.flatnonzero(lone_column & own), np.flatnonzero(lone_column & ~own)
-    place, partner = kx * half[1] + ky, mirror[paired] * half[1] + ky[paired]
+    real = np.flatnonzero(lone_column & own)
+    paired = np.flatnonzero(lone_column & ~own)
+    place = kx * half[1] + ky
+    partner = mirror[paired] * half[1] + ky[paired]
     return _DrawnModes(kept, place, paired, partner, real, np.sqrt(variance.flat[place]))
 
 

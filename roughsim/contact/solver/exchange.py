@@ -20,7 +20,9 @@ _ENOUGH = (1e-4, 1e-8, 1e-13)
 
 def exchange(now: Iterate) -> None:
     """Solve on the free points, ever more accurately, and exchange points until none is on the wrong side."""
-    p, work, cap = now.pressure, now.work, now.problem.cap
+    p = now.pressure
+    work = now.work
+    cap = now.problem.cap
     free = work.free.view(np.bool_)
     bound = np.where(now.gap < now.offset, cap, 0.0)
     p[...] = np.where(free | (p == cap), p, bound)
@@ -93,7 +95,9 @@ def _change_sides(now: Iterate, share: float) -> int:
 
     Return the number of points on the wrong side.
     """
-    p, cap, stiffness = now.pressure, now.problem.cap, now.problem.stiffness
+    p = now.pressure
+    cap = now.problem.cap
+    stiffness = now.problem.stiffness
     free = now.work.free.view(np.bool_)
     # by how much each point is on the wrong side, a gap as the pressure that it stands for
     pull = stiffness * (now.gap - now.gap[free].mean())

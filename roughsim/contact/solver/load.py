@@ -64,7 +64,9 @@ def find_shift(
 
     Return whether a shift meets the target, to `accuracy` or as well as rounding allows, and the shift.
     """
-    shift, low, high = 0.0, -inf, inf
+    shift = 0.0
+    low = -inf
+    high = inf
     excess = clipped - target
     # without a bracket no bisection can help
     for _ in range(100):

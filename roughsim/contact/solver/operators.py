@@ -219,7 +219,8 @@ class Extension:
         """Fill `field`, zero off the free points, over the whole plane, in place."""
         work = free, field, self.parents, self.pyramid
         if self.bottom == 0:
-            self.parents[0][...], self.parents[1][...] = free, field
+            self.parents[0][...] = free
+            self.parents[1][...] = field
             self._stages(extension.extend, [(UP + DOWN, _ONCE)], *work)
             field[...] = self.parents[1]
         else:
@@ -255,7 +256,8 @@ class Extension:
         """
         work = free, load, self.parents, self.pyramid
         if self.bottom == 0:
-            self.parents[0][...], self.parents[1][...] = free, 0.0
+            self.parents[0][...] = free
+            self.parents[1][...] = 0.0
             self._stages(extension.extend, [(UP, _ONCE)], *work)
             self.parents[1][...] = load
             self._stages(extension.transpose, [(UP + DOWN, _ONCE)], *work, load, load)
@@ -282,7 +284,8 @@ class Extension:
         """Do each stage on all of its blocks; return the results of the last one."""
         if len(self.rows) == len(self.parent_rows) == 1:
             # one call: each costs more than its work on a small grid
-            together, rows = sum(stage for stage, _ in stages), self.rows[0] + self.parent_rows[0]
+            together = sum(stage for stage, _ in stages)
+            rows = self.rows[0] + self.parent_rows[0]
             return [kernel(together, rows, self.line, self.bottom, *work)]
         for stage, blocks in stages:
 
@@ -296,7 +299,8 @@ class Extension:
 
 def _shapes(grid: Grid) -> list[tuple[int, int]]:
     """The shapes of the levels, finest first, down to one cell."""
-    (rows, columns), (height, width) = grid.shape, grid.spacing
+    rows, columns = grid.shape
+    height, width = grid.spacing
     shapes = [(rows, columns)]
     while rows > 1 or columns > 1:
         high = rows > 1 and (columns == 1 or height <= SQUARE * width)

@@ -85,7 +85,8 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
         if latest.cell == grid and np.array_equal(latest.heights, heights):
             return latest
     low, high = extremes(heights)
-    middle, side = 0.5 * (high + low), max(grid.lengths)
+    middle = 0.5 * (high + low)
+    side = max(grid.lengths)
     unit = max(high - middle, middle - low) or side
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
     scaled = heights - middle
@@ -105,7 +106,8 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum)
     relief = _Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
     if grid.points <= KEPT:
-        relief.heights, relief.spectrum = heights.copy(), spectrum.copy()
+        relief.heights = heights.copy()
+        relief.spectrum = spectrum.copy()
         _latest[:] = [relief]
     return relief
 
@@ -115,7 +117,8 @@ def dimensionless(
 ) -> tuple[ScaledProblem, _Relief, float]:
     """Return the problem, the relief of its heights, and the unit of its pressures, Pa."""
     relief = relief_of(heights, grid)
-    middle, unit = relief.middle, relief.unit
+    middle = relief.middle
+    unit = relief.unit
     pressure_unit = effective_modulus * (unit / max(grid.lengths))
     load = nominal_pressure / pressure_unit if pressure_unit else math.inf
     if not LOADS[0] <= load <= LOADS[1]:
@@ -182,7 +185,8 @@ def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
     turn_across = 2 * np.pi * column / grid.shape[1] * np.arange(across.size)
     weight = grid.multiplicity[0]
     phases = np.cos(turn_along), np.sin(turn_along)
-    cosine, sine = weight * np.cos(turn_across), weight * np.sin(turn_across)
+    cosine = weight * np.cos(turn_across)
+    sine = weight * np.sin(turn_across)
 
     def pressed(start: int, stop: int) -> Any:
         rows = slice(start, stop)
@@ -195,7 +199,8 @@ def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
 
 def full_contact(problem: ScaledProblem, relief: _Relief) -> ScaledSolution | None:
     """Return the solution if p = load + |q|h/2 keeps to the bounds or the load is the cap; else None."""
-    grid, load = problem.grid, problem.load
+    grid = problem.grid
+    load = problem.load
     if load == problem.cap:
         gap = (problem.middle - problem.heights) / problem.unit
         return ScaledSolution(np.full(grid.shape, load), gap)
@@ -204,7 +209,8 @@ def full_contact(problem: ScaledProblem, relief: _Relief) -> ScaledSolution | No
         return None
     # in a buffer of its own: the spectrum may be needed after this
     along, across = squares(grid)
-    operator, fluctuation = half_space(grid, np.float64), np.empty(grid.shape)
+    operator = half_space(grid, np.float64)
+    fluctuation = np.empty(grid.shape)
     half_wavenumber = 0.5 * np.sqrt(across[:, None] + along)
     np.multiply(relief.spectrum, half_wavenumber, out=operator.complex_spectrum)
     operator.inverse(fluctuation)

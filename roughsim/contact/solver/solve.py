@@ -41,7 +41,8 @@ def solve_cascade(
 
     `start`, the pressure of an earlier contact on any grid, is the first guess on the coarsest level.
     """
-    finest, work = levels[0], 0.0
+    finest = levels[0]
+    work = 0.0
     enough = max(_COARSE_TOLERANCE, tolerance)
     for problem in reversed(levels[1:]):
         coarse = solve_level(problem, start, enough, max_iterations, final=False)
@@ -180,7 +181,8 @@ def _check_again(now: Iterate, state: Check, tolerance: float, reach: float) -> 
 
 def descend(now: Iterate, state: Check) -> Length:
     """Take a projected-gradient step, which always lowers the energy; return its length."""
-    target, work = now.problem.target, now.work
+    target = now.problem.target
+    work = now.work
     excess = now.solve_offset(state.excess, state.inside)
     # a tiny load that no offset meets is exceeded: the share brings the step back to it
     share = target / (excess + target) if excess > 1e-9 * target else 1.0
@@ -193,7 +195,8 @@ def descend(now: Iterate, state: Check) -> Length:
 
 def begun(problem: ScaledProblem, start: Field | None) -> Iterate:
     """Return the first iterate: an earlier pressure, of any grid, at the load, or the mean pressure everywhere."""
-    shape, work = problem.grid.shape, workspace_of(problem)
+    shape = problem.grid.shape
+    work = workspace_of(problem)
     now = Iterate(problem, work, np.empty(shape), np.empty(shape))
     pressure = now.pressure
     if start is not None:

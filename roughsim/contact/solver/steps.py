@@ -75,7 +75,8 @@ class Workspace:
 
 def _make_workspace(grid: Grid, kind: Any) -> Workspace:
     """Return the operators and arrays for steps of a precision."""
-    shape, columns = grid.shape, grid.shape[1]
+    shape = grid.shape
+    columns = grid.shape[1]
     return Workspace(
         operator=kept_half_space(grid, kind),
         extension=Extension(grid, kind),
@@ -142,7 +143,8 @@ class Iterate:
 
     def compute_gap(self, dtype: Any) -> None:
         """Compute the gap from the pressure, in a precision."""
-        problem, work = self.problem, self.work
+        problem = self.problem
+        work = self.work
         if dtype == work.field.dtype:
             work.field[...] = self.pressure
             work.operator.comply(work.field, work.field)
@@ -171,8 +173,10 @@ class Iterate:
 
     def check(self, tolerance: float, reach: float) -> Check:
         """Solve for the offset, mark the free points, write gap − d there to `field`, and return the residual."""
-        problem, work = self.problem, self.work
-        kappa, unit = problem.stiffness, 1.0 / problem.load
+        problem = self.problem
+        work = self.work
+        kappa = problem.stiffness
+        unit = 1.0 / problem.load
         limit = kappa * (0.9 * tolerance * self.span + _ROUNDING)
         arrays = self.pressure, self.gap, work.free, work.field
         for solved in (False, True):
@@ -191,7 +195,8 @@ class Iterate:
 
     def solve_offset(self, excess: float, inside: float) -> float:
         """Solve Σ clip(p − κ(gap − d), 0, cap) = target for d, from the excess at the present d; return the rest."""
-        problem, kappa = self.problem, self.problem.stiffness
+        problem = self.problem
+        kappa = self.problem.stiffness
         enough = min(problem.cap, problem.load * (1.0 + 1e-12))
 
         def sums(offset: float) -> Any:
@@ -224,7 +229,8 @@ class Iterate:
 
         Return its slope ⟨step, gap − d⟩; None if no shift of the free points restores the load.
         """
-        problem, work = self.problem, self.work
+        problem = self.problem
+        work = self.work
         state = self.pressure, self.gap, work.free
         load = work.response  # the response of the last step is not needed any more
         arrays = *state, work.field, work.step, work.trial, load, work.inner
@@ -273,7 +279,8 @@ class Iterate:
 
     def move(self, length: Length) -> None:
         """Take the step, and no more than all of it: beyond it could leave the bounds. Guess the new offset."""
-        work, share = self.work, min(length.best, 1.0)
+        work = self.work
+        share = min(length.best, 1.0)
         arrays = self.pressure, self.gap, work.step, work.response
         clipped, inside = work.sums(kernels.advance, arrays, share, work.slack, self.law)
         self.noise += share * length.noise
@@ -285,7 +292,8 @@ class Iterate:
 
         If none does the pressure stays.
         """
-        arrays, cap = (self.pressure, self.work.free), self.problem.cap
+        arrays = (self.pressure, self.work.free)
+        cap = self.problem.cap
 
         def shifted(shift: float) -> Any:
             return self.work.sums(kernels.shifted_load, arrays, shift, cap)

@@ -110,7 +110,7 @@ def of_tiff(path: Path, channel: str | int | None) -> Contents | None:
             names = tuple(f"page {number}" for number in range(1, len(pages) + 1))
             index = 0 if channel is None else index_of_channel(names, channel)
             check_points(pages[index].shape[::-1])
-            heights = np.array(pages[index].asarray(), dtype=np.float64).T
+            heights = np.array(pages[index].asarray(), dtype=float).T
     except tifffile.TiffFileError:
         return None
     return Contents(np.ascontiguousarray(heights), channel=index, channels=names)

@@ -71,7 +71,8 @@ def lays_of(power: Array, grid: Grid, q_max: float, least: float) -> tuple[Lay, 
     q = grid.wavenumbers
     qx, qy = (np.broadcast_to(component, q.shape) for component in grid.wavevectors)
     once = (q > 0.0) & (q <= q_max * (1 + 1e-9)) & ((qy > 0.0) | (qx > 0.0))
-    q, power = q[once], power[once]
+    q = q[once]
+    power = power[once]
     # modes of straight grooves have no power but rounding
     modes = _Modes(np.log(q), np.arctan2(qy[once], qx[once]), power / power.mean() + 1e-9)
     order = np.argsort(q)

@@ -45,7 +45,8 @@ def lay_of_lines(lines: Sequence[Line]) -> tuple[float, float]:
             "best along and across the grooves; remove it for a face that is alike in all directions"
         )
     curves = [_structure(line) for line in lines]
-    low, high = max(curve[1][0] for curve in curves), min(curve[1][-1] for curve in curves)
+    low = max(curve[1][0] for curve in curves)
+    high = min(curve[1][-1] for curve in curves)
     if not low < high:
         raise ValueError(
             "the line scans have no roughness in common: one is smoother over its whole length than another over one "
@@ -72,7 +73,8 @@ def _between(one: float, other: float) -> float:
 
 def _structure(line: Line) -> tuple[Array, Array]:
     """Return ln r, m, and ln D, m², which does not fall."""
-    points, variance = line.heights.size, float(np.var(line.heights))
+    points = line.heights.size
+    variance = float(np.var(line.heights))
     lags = np.unique(np.rint(np.geomspace(1, points // _LONGEST, _LAGS)).astype(int))
     squares = [np.mean((line.heights[lag:] - line.heights[:-lag]) ** 2) for lag in lags]
     # up to half of its limit 2⟨h²⟩, where lags scatter

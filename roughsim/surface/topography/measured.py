@@ -50,16 +50,19 @@ class BinnedSpectrum:
     @property
     def table(self) -> TabulatedSpectrum:
         """The rows, carried on to q_max."""
-        q, psd = self.q, self.psd
+        q = self.q
+        psd = self.psd
         if q[-1] < self.q_max * (1 - 1e-6):
             end = psd[-1] * (self.q_max / q[-1]) ** -self.exponent[-1]
-            q, psd = np.append(q, self.q_max), np.append(psd, end)
+            q = np.append(q, self.q_max)
+            psd = np.append(psd, end)
         return TabulatedSpectrum(q, psd)
 
     @property
     def longest(self) -> float:
         """The wavenumber, rad/m, down to which C(q) goes on below its rows, so that 2π∫qCdq is ⟨h²⟩ of the map."""
-        first, psd = float(self.q[0]), float(self.psd[0])
+        first = float(self.q[0])
+        psd = float(self.psd[0])
         missing = self.variance - self.table.moment(0)
         if missing <= 0.0:
             return first
@@ -126,7 +129,9 @@ def discs(grid: Grid) -> tuple[list[tuple[slice, slice]], Grid]:
     points = min(max(round(min(grid.lengths) / grid.spacing[along]), 2), whole)
     count = 1 + math.ceil((whole - points) / (0.5 * points))
     starts = np.rint(np.linspace(0, whole - points, count)).astype(int).tolist()
-    (nx, ny), (x, y), length = grid.shape, grid.lengths, points * grid.spacing[along]
+    nx, ny = grid.shape
+    x, y = grid.lengths
+    length = points * grid.spacing[along]
     part = Grid((nx, points), (x, length)) if along else Grid((points, ny), (length, y))
     places = [(slice(start, start + points), slice(None)) for start in starts]
     return [place[::-1] if along else place for place in places], part
@@ -147,7 +152,8 @@ def share_of_scatter(weight: Array, parts: Sequence[tuple[slice, slice]]) -> flo
     starts = np.array([[place.start or 0 for place in pair] for pair in parts])
     shares = []
     for i, j in np.abs(starts[:, None] - starts).reshape(-1, 2):
-        nx, ny = max(weight.shape[0] - i, 0), max(weight.shape[1] - j, 0)
+        nx = max(weight.shape[0] - i, 0)
+        ny = max(weight.shape[1] - j, 0)
         common = weight[i:, j:] * weight[:nx, :ny]
         shares.append((float(common.sum()) / total) ** 2)
     return float(np.mean(shares))
@@ -155,8 +161,10 @@ def share_of_scatter(weight: Array, parts: Sequence[tuple[slice, slice]]) -> flo
 
 def window(grid: Grid) -> Array:
     """Return the Hann window of SurfaceTopography: cos²(πr/2R) within R, half of the shorter side; not normalized."""
-    (nx, ny), (dx, dy) = grid.shape, grid.spacing
-    x, y = (np.arange(nx) - nx // 2) * dx, (np.arange(ny) - ny // 2) * dy
+    nx, ny = grid.shape
+    dx, dy = grid.spacing
+    x = (np.arange(nx) - nx // 2) * dx
+    y = (np.arange(ny) - ny // 2) * dy
     r = np.minimum(np.hypot(x[:, None], y) / (0.5 * min(grid.lengths)), 1.0)
     return 0.5 + 0.5 * np.cos(np.pi * r)
 
@@ -168,7 +176,8 @@ def radial_average(
 
     `psd` is C(q⃗), m⁴, at the modes of `grid.half_shape`, ∫ C d²q = ⟨h²⟩; the others are as for `binned`.
     """
-    q, cell = grid.wavenumbers, 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
+    q = grid.wavenumbers
+    cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
     weight = np.broadcast_to(grid.multiplicity, q.shape)
     q, psd, weight = (values[q > 0.0] for values in (q, psd, weight))
     return binned(q, psd, weight, cell, q_max, together=together, share=share)
@@ -210,9 +219,12 @@ def binned(
     # all modes up to q_max or to the upper end of a synthetic map
     present = psd > _ROUNDING * psd.max()
     inside = q <= min(q_max, float(q[present].max())) * (1 + 1e-12)
-    weight, q, values = weight[inside], q[inside], psd[inside]
+    weight = weight[inside]
+    q = q[inside]
+    values = psd[inside]
     # their bins, in log q
-    low, q_max = int(np.floor(BINS_PER_DECADE * np.log10(q.min()) + 1e-9)), float(q.max())
+    low = int(np.floor(BINS_PER_DECADE * np.log10(q.min()) + 1e-9))
+    q_max = float(q.max())
     which = np.floor(BINS_PER_DECADE * np.log10(q) + 1e-9).astype(np.intp) - low
     if BINS_PER_DECADE * np.log10(q_max) - low - which.max() < 0.5:
         # less than half a bin: it joins the one below
@@ -223,7 +235,8 @@ def binned(
         raise ValueError(
             f"only {filled.sum()} bins of wavenumbers up to q_max = {q_max:.4g} rad/m hold modes"
         )
-    which, count = (np.cumsum(filled) - 1)[which], count[filled]
+    which = (np.cumsum(filled) - 1)[which]
+    count = count[filled]
     # the mean of each bin is made the value at its centre, by the power law of its neighbours
     centre = np.exp(np.bincount(which, weight * np.log(q)) / count)
     mean = np.bincount(which, weight * values) / count
@@ -254,7 +267,9 @@ def combined(maps: Sequence[BinnedSpectrum]) -> MeasuredSpectrum:
     """
     if len(maps) == 1:
         (one,) = maps
-        q, psd, errors = one.q, one.psd, one.error[:, None]
+        q = one.q
+        psd = one.psd
+        errors = one.error[:, None]
     else:
         q, psd, errors = _mean_over_maps(maps)
     longest = min(maps, key=lambda one: float(one.q[0])).longest
@@ -298,7 +313,8 @@ def _mean_over_maps(maps: Sequence[BinnedSpectrum]) -> tuple[Array, Array, Array
         )
     # C of each map in each bin, relative to the mean: (maps, bins), NaN in empty bins
     index = np.rint(BINS_PER_DECADE * np.log10(q) - 0.5).astype(np.intp)
-    values, scatter = np.full((len(maps), q.size), np.nan), np.zeros((len(maps), q.size))
+    values = np.full((len(maps), q.size), np.nan)
+    scatter = np.zeros((len(maps), q.size))
     for k, (one, table) in enumerate(zip(maps, tables, strict=True)):
         rows = np.searchsorted(index, one.index)
         values[k, rows] = table.psd / psd[rows]

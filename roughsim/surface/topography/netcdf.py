@@ -19,7 +19,8 @@ from roughsim.surface.topography.contents import (
     numbered,
 )
 
-_CLASSIC, _HDF5 = b"CDF", b"\x89HDF\r\n\x1a\n"
+_CLASSIC = b"CDF"
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 _LENGTH = "length"  # attribute of x in files of SurfaceTopography, which reads them itself
 _SCALES = (("scale_factor", 1.0), ("add_offset", 0.0))
 _UNIT_KEYS = ("units", "unit")
@@ -39,7 +40,7 @@ class _Variable(NamedTuple):
         raw = np.asarray(self.read())
         if raw.dtype.kind not in "iuf":
             raise NoHeightsError(f"holds numbers of type {raw.dtype}; heights must be real numbers")
-        values = np.array(raw, dtype=np.float64)
+        values = np.array(raw, dtype=float)
         for key in ("_FillValue", "missing_value"):
             if key in self.attributes:
                 values[np.isin(raw, self.attributes[key])] = np.nan
@@ -164,7 +165,8 @@ def _with_axes(name: str, variable: _Variable, variables: Mapping[str, _Variable
     check_points(shape)
     heights = variable.values().reshape(shape)
     axes = [axis for axis, n in zip(variable.axes, variable.shape, strict=True) if n > 1]
-    sizes, units = [], []
+    sizes = []
+    units = []
     for k, axis in enumerate(axes):
         if axis not in variables:
             continue
@@ -175,7 +177,9 @@ def _with_axes(name: str, variable: _Variable, variables: Mapping[str, _Variable
     if len(set(units)) > 1:
         raise NoHeightsError(f"has {' and '.join(axes)} in different units; save both in m")
     if [axis.lower() for axis in axes] == ["y", "x"]:
-        heights, sizes = heights.T, sizes[::-1]
+        heights = heights.T
+        sizes = sizes[::-1]
     whole = tuple(sizes) if len(sizes) == len(axes) else None
-    unit, lateral_unit = variable.unit(f"its {name}"), next(iter(units), None)
+    unit = variable.unit(f"its {name}")
+    lateral_unit = next(iter(units), None)
     return Contents(np.ascontiguousarray(heights), whole, unit, lateral_unit)

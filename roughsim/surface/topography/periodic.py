@@ -24,7 +24,8 @@ def periodic_part(heights: Array) -> Array:
     """
     steps = np.zeros_like(heights)
     for axis in (0, 1):
-        edges, rows = np.moveaxis(steps, axis, 0), np.moveaxis(heights, axis, 0)
+        edges = np.moveaxis(steps, axis, 0)
+        rows = np.moveaxis(heights, axis, 0)
         edges[0] += rows[-1] - rows[0]
         edges[-1] += rows[0] - rows[-1]
     x, y = (2.0 * np.cos(2.0 * np.pi * np.arange(n) / n) for n in heights.shape)
@@ -41,7 +42,8 @@ def gaussian_twin(heights: Array, rng: np.random.Generator) -> Array:
     With many waves its heights are Gaussian; its lay is the lay of the map. The phases come from white noise, whose
     transform has h(−q⃗) = h*(q⃗), so that heights are real; q = 0 keeps its own.
     """
-    modes, noise = np.fft.rfft2(heights), np.fft.rfft2(rng.standard_normal(heights.shape))
+    modes = np.fft.rfft2(heights)
+    noise = np.fft.rfft2(rng.standard_normal(heights.shape))
     turned = np.abs(modes) * noise / np.abs(noise)
     turned[0, 0] = modes[0, 0]
     return np.fft.irfft2(turned, heights.shape)
@@ -69,8 +71,10 @@ def band_limited(heights: Array, grid: Grid, shape: tuple[int, int], q_max: floa
         return refined(heights, shape)
     modes = np.fft.rfft2(heights)
     modes[grid.wavenumbers > q_max * (1 + 1e-9)] = 0.0
-    (nx, ny), kept = shape, np.zeros((shape[0], shape[1] // 2 + 1), complex)
-    rows, columns = min(nx, grid.shape[0]) // 2, min(ny, grid.shape[1]) // 2
+    nx, ny = shape
+    kept = np.zeros((shape[0], shape[1] // 2 + 1), complex)
+    rows = min(nx, grid.shape[0]) // 2
+    columns = min(ny, grid.shape[1]) // 2
     kept[:rows, :columns] = modes[:rows, :columns]
     kept[-rows:, :columns] = modes[-rows:, :columns]
     kept *= nx * ny / grid.points
@@ -97,4 +101,4 @@ def overshoots(surface: Array, heights: Array, grid: Grid, q_max: float) -> Mask
     if steps.any():
         far = 2.0 * float(np.median(steps[steps > 0.0]))
     excess = surface - highest[np.ix_(rows, columns)]
-    return np.asarray(excess > far)
+    return excess > far

@@ -178,14 +178,17 @@ def _abel(k: Array, along: Array) -> tuple[Array, Array]:
     values = np.concatenate([along, along[-1] * factors ** -max(float(exponent), 0.5)])
     exponents = -np.diff(np.log(values)) / np.diff(np.log(rows))
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    psd, beyond = np.empty(k.size), np.empty(k.size)
+    psd = np.empty(k.size)
+    beyond = np.empty(k.size)
     for i, q in enumerate(k):
         # with s = √(k² − q²) the integral is 1/π ∫ (−k C₁') / k² ds, without a singular end
         ends = np.sqrt(np.maximum(rows[i:] ** 2 - q**2, 0.0))
-        half, middle = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
+        half = 0.5 * np.diff(ends)
+        middle = 0.5 * (ends[1:] + ends[:-1])
         place = np.hypot(middle[:, None] + half[:, None] * nodes, q)
         power = exponents[i:, None]
         level = values[i:-1, None] * (place / rows[i:-1, None]) ** -power
         parts = half * ((power * level / place**2) @ weights) / np.pi
-        psd[i], beyond[i] = parts.sum(), parts[k.size - 1 - i :].sum()
+        psd[i] = parts.sum()
+        beyond[i] = parts[k.size - 1 - i :].sum()
     return psd, beyond

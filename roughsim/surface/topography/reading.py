@@ -45,7 +45,8 @@ from roughsim.untrusted import ChildEndedError, call_in_child, check_measured_fi
 _MOST_UNDEFINED = 0.05  # share of points that are filled unasked
 _MOST_FILLED = 0.5  # share of points that are filled on request
 # of computing to read a file of so many bytes, packed
-_LEAST_SECONDS, _BYTES_PER_SECOND = 10.0, 1e6
+_LEAST_SECONDS = 10.0
+_BYTES_PER_SECOND = 1e6
 _NUMPY = b"\x93NUMPY"
 
 
@@ -175,7 +176,8 @@ def read_scan(
     except Exception as error:
         raise RecordError(f"{path} {_unreadable(error)}") from error
     if size is not None and isinstance(scan, Topography):
-        (nx, ny), (x, y) = scan.grid.shape, scan.grid.lengths
+        nx, ny = scan.grid.shape
+        x, y = scan.grid.lengths
         if abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01:
             notes.append(
                 "with the two sides of topography_size exchanged its pixels would be square; the first side is along "
@@ -218,7 +220,7 @@ def _of_format(file: Path, channel: str | int | None) -> Contents:
                     f"holds an array of dtype {numbers.dtype}; heights must be real numbers"
                 )
             check_points(numbers.shape)
-            heights = np.array(numbers, dtype=np.float64)
+            heights = np.array(numbers, dtype=float)
             return without_coordinates(heights) if heights.ndim == 2 else Contents(heights)
         if (found := of_netcdf(file, start, channel)) is not None:
             return found
@@ -243,7 +245,8 @@ def _of_text(text: str) -> Contents:
         bare = not any(sign in line for line in table.header for sign in "=:;,\t0123456789")
     except NoHeightsError:
         library()
-        table, bare = None, False
+        table = None
+        bare = False
     if not bare:
         refuse_damaged(table.header if table is not None else text.splitlines())
         if table is not None and table.layout.comma:
@@ -270,7 +273,8 @@ def _scan_of(
         some = " and ".join(f"{size:.4g} m" for size in sizes)
         raise NoHeightsError(f"has sizes of {some}; they must be above 0")
     undefined = np.isnan(heights)
-    share, most = float(np.mean(undefined)), _MOST_UNDEFINED if fill is None else _MOST_FILLED
+    share = float(np.mean(undefined))
+    most = _MOST_UNDEFINED if fill is None else _MOST_FILLED
     if share > most:
         advice = 'write topography_fill = "smooth" to fill them, or ' * (
             fill is None and share <= _MOST_FILLED

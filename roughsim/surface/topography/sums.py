@@ -19,7 +19,8 @@ def sum_of_faces(first: Topography, second: Topography) -> Topography:
     larger steps is interpolated by a cubic spline, or by its waves if both are periodic with the same sides. Waves of
     a map beyond its own cut-off are left out.
     """
-    first, second = _resolved(first), _resolved(second)
+    first = _resolved(first)
+    second = _resolved(second)
     turned = replace(second, heights=second.heights[:, ::-1])
     alike = np.allclose(first.grid.lengths, second.grid.lengths, rtol=1e-6)
     periodic = first.periodic and second.periodic and alike
@@ -46,7 +47,8 @@ def _resolved(face: Topography) -> Topography:
     """Return a face without the waves that its instrument does not resolve."""
     if face.reliable >= face.grid.nyquist:
         return face
-    (nx, ny), (x, y) = face.grid.shape, face.grid.lengths
+    nx, ny = face.grid.shape
+    x, y = face.grid.lengths
     if face.periodic:
         heights = band_limited(face.heights, face.grid, face.grid.shape, face.reliable)
     else:
@@ -57,7 +59,8 @@ def _resolved(face: Topography) -> Topography:
 
 def _common(first: Grid, second: Grid) -> Grid:
     """Return the grid of the smaller steps over the smaller distances of the first and the last points."""
-    shape, lengths = [], []
+    shape = []
+    lengths = []
     for axis in (0, 1):
         step = min(first.spacing[axis], second.spacing[axis])
         span = min((one.shape[axis] - 1) * one.spacing[axis] for one in (first, second))
@@ -79,4 +82,4 @@ def _on_grid(face: Topography, grid: Grid) -> Array:
     )
     if face.grid.shape == grid.shape and all(map(partial(np.allclose, rtol=1e-6), old, new)):
         return face.heights
-    return np.asarray(RectBivariateSpline(old[0], old[1], face.heights)(new[0], new[1]))
+    return RectBivariateSpline(old[0], old[1], face.heights)(new[0], new[1])

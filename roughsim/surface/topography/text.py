@@ -198,7 +198,8 @@ def _unit_in(name: str) -> float | None:
 
 def _listed(numbers: Array, units: list[float | None], left_out: tuple[str, ...]) -> Contents:
     """Return the map of a list of x, y and height; points of the grid that are not in the list are undefined."""
-    places, sizes = [], []
+    places = []
+    sizes = []
     for name, values in zip("xy", numbers.T[:2], strict=True):
         if not np.isfinite(values).all():
             raise NoHeightsError(f"has three columns, x, y and height, but an undefined {name}")
@@ -255,8 +256,10 @@ def _counts(line: Array, others: Array) -> bool:
         return False
     beside = others[:_BESIDE]
     rough = min(_distance_from_straight(row) for row in beside)
-    jumps, apart = np.abs(np.diff(others[:_ROUGH], axis=0)), np.abs(line - others[0])
-    jumps, apart = jumps[np.isfinite(jumps)], apart[np.isfinite(apart)]
+    jumps = np.abs(np.diff(others[:_ROUGH], axis=0))
+    apart = np.abs(line - others[0])
+    jumps = jumps[np.isfinite(jumps)]
+    apart = apart[np.isfinite(apart)]
     if not (jumps.size and apart.size):
         return False
     straight = bend < _STRAIGHT * rough and bend <= EVEN * abs(step)

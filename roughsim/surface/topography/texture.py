@@ -171,7 +171,8 @@ def texture_of(heights: Array, grid: Grid, *, periodic: bool, reliable: float = 
 
 def slope_of_tops(heights: Array, grid: Grid) -> float:
     """Return the rms slope of the highest points (share `_TOPS`) over the rms slope of all, by central differences."""
-    inner, (dx, dy) = heights[1:-1, 1:-1], grid.spacing
+    inner = heights[1:-1, 1:-1]
+    dx, dy = grid.spacing
     along_x = heights[2:, 1:-1] - heights[:-2, 1:-1]
     along_y = heights[1:-1, 2:] - heights[1:-1, :-2]
     squares = (along_x / dx) ** 2 + (along_y / dy) ** 2

@@ -44,7 +44,8 @@ def _is_mark(present: Array, value: float) -> bool:
     count = present.size - others.size
     if not count or not others.size:
         return False
-    extent, away = float(np.ptp(others)), float(np.abs(others - value).min())
+    extent = float(np.ptp(others))
+    away = float(np.abs(others - value).min())
     if value not in MARKS:
         return count > 1 and extent > 0.0 and away > _FAR * extent
     most = np.unique(others, return_counts=True)[1].max()
@@ -56,4 +57,4 @@ def filled(heights: Array, undefined: Mask) -> Array:
     kind = library().Topography if heights.ndim == 2 else library().UniformLineScan
     shape = heights.shape if heights.ndim == 2 else heights.size
     masked = kind(np.ma.masked_array(heights, undefined), shape)
-    return np.ascontiguousarray(masked.interpolate_undefined_data().heights(), dtype=np.float64)
+    return np.ascontiguousarray(masked.interpolate_undefined_data().heights(), dtype=float)

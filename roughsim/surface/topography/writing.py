@@ -21,7 +21,8 @@ def encoded(heights: Field, grid: Grid, ending: str) -> bytes:
         raise ValueError(
             f"ending = {ending!r} is no format of a surface; use {' or '.join(ENDINGS)}"
         )
-    data, stream = np.asarray(heights, dtype=np.float64), BytesIO()
+    data = np.asarray(heights, dtype=float)
+    stream = BytesIO()
     if data.shape != grid.shape:
         raise ValueError(f"heights has shape {data.shape}, but the grid has {grid.shape}")
     if ending == ".npy":
@@ -35,7 +36,9 @@ def encoded(heights: Field, grid: Grid, ending: str) -> bytes:
         variable: Any = file.createVariable(axis, "d", (axis,))
         variable[:] = np.arange(points) * (length / points)
         variable.length = np.float64(length)  # a bare float would be stored in single precision
-        variable.periodic, variable.unit, variable.units = 1, "m", "m"
+        variable.periodic = 1
+        variable.unit = "m"
+        variable.units = "m"
     variable = file.createVariable("heights", "d", ("x", "y"))
     variable[:] = data
     variable.unit = variable.units = "m"
