@@ -21,8 +21,8 @@ from roughsim.errors import ResolutionError as ResolutionError
 from roughsim.errors import RoughsimError as RoughsimError
 from roughsim.fourier import set_threads as set_threads
 from roughsim.grid import Grid as Grid
-from roughsim.heat.half_space import half_space_temperature as half_space_temperature
 from roughsim.heat.body import Body as Body
+from roughsim.heat.half_space import half_space_temperature as half_space_temperature
 from roughsim.heat.partition import partition_heat as partition_heat
 from roughsim.heat.periodic import sliding_temperature as sliding_temperature
 from roughsim.heat.skin import Skin as Skin

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from roughsim.errors import not_negative, number, sized
-from roughsim.heat.skin import Layering, SkinLike, checked_skin, layering
+from roughsim.heat.skin import Layering, SkinLike, checked_skin
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,4 +44,13 @@ class Body:
     @property
     def layers(self) -> Layering | None:
         """The skin and the depth of release in units of the body; None of a bare one."""
-        return layering(self.skin, self.heat_depth, self.conductivity, self.diffusivity)
+        materials = self.conductivity, self.diffusivity
+        if self.skin is None or self.skin[1:] == materials:  # or of the same material
+            return Layering(0.0, 1.0, 1.0, self.heat_depth) if self.heat_depth else None
+        thickness, conductivity, diffusivity = self.skin
+        return Layering(
+            thickness,
+            conductivity / self.conductivity,
+            self.diffusivity / diffusivity,
+            self.heat_depth,
+        )

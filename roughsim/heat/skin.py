@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.errors import not_negative, sized
+from roughsim.errors import sized
 from roughsim.grid import Array, Complex, Field
 from roughsim.heat import laplace
 from roughsim.heat.waves import FORGOTTEN
@@ -75,25 +75,6 @@ def checked_skin(skin: SkinLike | None) -> Skin | None:
         sized("thickness of the skin", thickness, "m"),
         sized("conductivity of the skin", conductivity, "W/(m K)"),
         sized("diffusivity of the skin", diffusivity, "m²/s"),
-    )
-
-
-def layering(
-    skin: SkinLike | None, heat_depth: float, conductivity: float, diffusivity: float
-) -> Layering | None:
-    """Return the layers of a body with κ, W/(m K), and D, m²/s; None of a bare one that is heated in its plane.
-
-    TypeError or ValueError for a skin that is not three positive numbers, or a negative `heat_depth`, m.
-    """
-    checked = checked_skin(skin)
-    depth = not_negative("heat_depth", heat_depth, "m")
-    if checked is None or checked[1:] == (conductivity, diffusivity):  # or of the same material
-        return Layering(0.0, 1.0, 1.0, depth) if depth else None
-    return Layering(
-        checked.thickness,
-        checked.conductivity / conductivity,
-        diffusivity / checked.diffusivity,
-        depth,
     )
 
 

@@ -27,7 +27,7 @@ from roughsim import fourier
 from roughsim.contact import Contact
 from roughsim.contact.patches import edge_corrected
 from roughsim.errors import need_computed, need_finite, not_negative, number, real_plane, sized
-from roughsim.grid import Array, Grid, need_grid
+from roughsim.grid import Array, Complex, Grid, need_grid
 from roughsim.heat.body import Body
 from roughsim.heat.periodic import MovingSource, moving, unit_vector
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means
@@ -248,7 +248,6 @@ def measure(
         If the pressure is not a finite real field of `grid.shape`, or has no positive mean though it is not zero.
     """
     grid, sliding = _grid_and_source(contact, grid, sliding)
-    sources = [] if sliding.direction is None else sliding.sources(grid)
     pressure = real_plane("pressure", contact.pressure, grid.shape).astype(float, copy=False)
     low, high = float(pressure.min()), float(pressure.max())  # NaN if any pressure is
     if not (math.isfinite(low) and math.isfinite(high)):
@@ -266,12 +265,7 @@ def measure(
         warnings.warn(message, RuntimeWarning, 2)
     if low == high:  # only q = 0, whatever the rounding of the transform
         amplitude[...] = 0.0
-    responses = _remembered(grid, tuple(sliding.rates), sliding.layers)
-    spectrum, unseen = stress_spectrum(amplitude, grid, responses.gathering)
-    if sliding.direction is None:
-        sums = sums_over_directions(spectrum, unseen, responses)
-    else:
-        sums = sums_in_directions(amplitude, grid, sources)
+    spectrum, sums = spectrum_and_sums(amplitude, grid, sliding)
     # corrections for the pixels along the edges of the contact
     hardness = high if contact.plastic_fraction > 0.0 else math.inf
     corrected = edge_corrected(np.maximum(pressure, 0.0) if low < 0.0 else pressure, hardness)
@@ -314,6 +308,20 @@ def _grid_and_source(
     if source is None:
         raise TypeError("measure needs a HeatSource, as HeatSource(speeds=[35.0], ...)")
     return grid, source
+
+
+def spectrum_and_sums(
+    amplitude: Complex, grid: Grid, sliding: HeatSource
+) -> tuple[StressSpectrum, Array]:
+    """Return the spectrum of the stress, and the three sums of its moments at each speed, (3, speeds).
+
+    `amplitude` is the transform of the pressure, Pa. The sums are over all directions, or in those of the source.
+    """
+    responses = _remembered(grid, tuple(sliding.rates), sliding.layers)
+    spectrum, unseen = stress_spectrum(amplitude, grid, responses.gathering)
+    if sliding.direction is None:
+        return spectrum, sums_over_directions(spectrum, unseen, responses)
+    return spectrum, sums_in_directions(amplitude, grid, sliding.sources(grid))
 
 
 def angular_means(ratio: Array) -> tuple[Array, Array]:

@@ -8,12 +8,9 @@ import numpy as np
 
 from roughsim.contact import Contact
 from roughsim.grid import Array, Grid
-from roughsim.observables.directed import sums_in_directions
-from roughsim.observables.moments import HeatSource, grid_responses, sums_over_directions
-from roughsim.observables.stress_spectrum import stress_spectrum
+from roughsim.observables.moments import HeatSource, spectrum_and_sums
 from roughsim.sliding.correlation import StressCorrelation
 from roughsim.sliding.path import Path, slope
-from roughsim.sliding.snapshots import Projector, Snapshots
 from roughsim.sliding.spots import SpotLives, survival
 from roughsim.sliding.stepping import NUMBERS, Motion, Step, walk
 
@@ -33,7 +30,6 @@ class SlideHistory(NamedTuple):
     curves: dict[str, Array]  # as `Slide` names them, (steps,), or (speeds, steps)
     spectrum: Array  # of the stress, Pa², mean over the last half of the distance
     contact: Contact  # the last one
-    snapshots: Snapshots | None  # maps of the selected positions
 
 
 def follow(
@@ -41,12 +37,11 @@ def follow(
     grid: Grid,
     path: Path,
     motions: Sequence[Motion],
-    pictured: Sequence[int] = (),
     watchers: Sequence[Watcher] = (),
     *,
     directed: bool = False,
 ) -> SlideHistory:
-    """Slide along a path and record every step; the steps `pictured`, ascending and from 1 on, with their fields.
+    """Slide along a path and record every step.
 
     Each of the `watchers` takes the steps that it needs. Frozen contact slides in all directions alike, or, `directed`,
     along the path, from rest over half the chord of the cell: of faces with a lay.
@@ -61,11 +56,8 @@ def follow(
         direction=atan(slope(grid)) if directed else None,
         from_rest=directed,
     )
-    sources = sliding.sources(grid) if directed else []
-    responses = grid_responses(grid, tuple(sliding.rates), sliding.layers)
     correlation = StressCorrelation(grid)
     spots = SpotLives()
-    projector = Projector(grid, len(motions), pictured)
     rows = []
     fractions = []
     frozen = []
@@ -80,16 +72,12 @@ def follow(
             continue
         rows.append(step.numbers)
         fractions.append((step.contact.contact_fraction, step.contact.plastic_fraction))
-        spectrum, unseen = stress_spectrum(step.stress, grid, responses.gathering)
-        if directed:
-            frozen.append(sums_in_directions(step.stress, grid, sources)[0])
-        else:
-            frozen.append(sums_over_directions(spectrum, unseen, responses)[0])
+        spectrum, sums = spectrum_and_sums(step.stress, grid, sliding)
+        frozen.append(sums[0])
         for watcher in watchers:
             watcher.add(n, step)
         if n > LAST * path.steps:
             late = late + spectrum.variance
-        projector.add(n, step)
     heating = np.asarray(sliding.friction_coefficient) * np.array(sliding.speeds)
     factor = heating / (np.asarray(sliding.conductivity) * step.stress[0, 0].real)
     area, yielded = np.array(fractions).T
@@ -102,9 +90,4 @@ def follow(
         "stress_correlation": correlation.mean(),
         "spot_survival": survival(spots.lives(), path.distance[1:]),
     }
-    return SlideHistory(
-        curves,
-        late / (path.steps - int(LAST * path.steps)),
-        step.contact,
-        projector.snapshots(path),
-    )
+    return SlideHistory(curves, late / (path.steps - int(LAST * path.steps)), step.contact)

@@ -27,6 +27,7 @@ from roughsim.sliding.distribution import POSITIONS, Sampler
 from roughsim.sliding.history import LAST, SlideHistory, Watcher, follow
 from roughsim.sliding.path import Path, coarser_grid, oblique_path
 from roughsim.sliding.pictures import Pictures, Shutter
+from roughsim.sliding.snapshots import Projector
 from roughsim.sliding.stepping import Motion, contacts
 from roughsim.surface.spectrum import Spectrum as Roughness
 from roughsim.surface.synthesis import synthesize
@@ -123,15 +124,14 @@ def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
         begin = time.perf_counter()
         path, contacts_along = _sliding_contacts(problem)
         drawn = time.perf_counter()
-        ends = _ends(problem, path)
-        samples = Sampler(grid, ends, LAST) if problem.distribution else None
-        history, numbers = _followed(
-            problem,
-            path,
-            contacts_along,
-            snapshot_steps(path) if snapshots else (),
-            [] if samples is None else [samples],
-        )
+        pictured = snapshot_steps(path) if snapshots else ()
+        projector = Projector(grid, len(problem.distances), pictured)
+        watchers: list[Watcher] = [projector]
+        samples = None
+        if problem.distribution:
+            samples = Sampler(grid, _ends(problem, path), LAST)
+            watchers.append(samples)
+        history, numbers = _followed(problem, path, contacts_along, watchers)
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
         solved = time.perf_counter()
     bins = None
@@ -145,7 +145,7 @@ def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
         problem.index,
         moments=(StoredMoments(numbers | coarser, wavenumber, history.spectrum, bins),),
         curves=_curves_of(history.curves, path),
-        fields=history.snapshots.fields() if history.snapshots else {},
+        fields=projector.fields(path),
         provenance={
             "residual": float(np.nanmax(history.curves["residual"])),
             "iterations": path.steps,
@@ -158,7 +158,6 @@ def _followed(
     problem: SlideProblem,
     path: Path,
     contacts_along: Iterator[Contact],
-    pictured: Sequence[int] = (),
     watchers: Sequence[Watcher] = (),
 ) -> tuple[SlideHistory, dict[str, Array]]:
     """Slide; return the history, and the numbers to store, those of `_means_of` and of the picture of a camera."""
@@ -168,9 +167,7 @@ def _followed(
         pictures = Pictures(grid, path, _ends(problem, path), problem.shutter)
         watchers = [*watchers, pictures]
     directed = problem.lay != 1.0
-    history = follow(
-        contacts_along, grid, path, problem.motions, pictured, watchers, directed=directed
-    )
+    history = follow(contacts_along, grid, path, problem.motions, watchers, directed=directed)
     numbers = _means_of(history.curves, path, problem.distances)
     if pictures is not None:
         stress = StressSpectrum(

@@ -50,10 +50,6 @@ class Snapshots:
     pressure: Frames
     temperature: Frames
 
-    def fields(self) -> dict[str, Frames]:
-        """Return the arrays by the names of `FIELDS`."""
-        return dict(zip(FIELDS, (self.distance, self.pressure, self.temperature), strict=True))
-
 
 class Projector:
     """Takes the fields of the steps `pictured` of a slide, ascending and from 1 on."""
@@ -81,13 +77,12 @@ class Projector:
                 surface = fourier.inverse(spectrum, self.shape)
                 self.temperature[k, place] = in_blocks(surface - spectrum[0, 0].real, sides)
 
-    def snapshots(self, path: Path) -> Snapshots | None:
-        """Return the snapshots; None if no step was selected."""
+    def fields(self, path: Path) -> dict[str, Frames]:
+        """Return the arrays of `Snapshots` by the names of `FIELDS`; none if no step was selected."""
         if not self.pictured:
-            return None
-        return Snapshots(
-            path.distance[list(self.pictured)].astype(np.float32), self.pressure, self.temperature
-        )
+            return {}
+        distance = path.distance[list(self.pictured)].astype(np.float32)
+        return dict(zip(FIELDS, (distance, self.pressure, self.temperature), strict=True))
 
 
 def snapshot_shape(shape: tuple[int, int]) -> tuple[int, int]:

@@ -29,13 +29,10 @@ class SpotLives:
 
     def __init__(self) -> None:
         self._labels: NDArray[np.int64] | None = None
-        self._born: Array = np.zeros(
-            0
-        )  # slid distance at which each spot of the latest position was born; NaN: before
-        self._sizes: Array = np.zeros(0)  # pixels of each, summed over its positions
-        self._positions: Array = np.zeros(0)
-        self._distances: list[Array] = []
-        self._mean_pixels: list[Array] = []
+        # of each spot of the latest position: slid distance at its birth, NaN before the first position; its pixels
+        # summed over its positions; and how many these are
+        self._spots: Array = np.zeros((3, 0))
+        self._ended: list[Array] = []  # life, m, and mean pixels, (2, spots) each
         self._last = np.nan
         self._unseen = 0
 
@@ -43,45 +40,35 @@ class SpotLives:
         """Take the next position: its slid distance, m, further than the last, and its mask of contact."""
         labels, count = labelled_patches(touching)
         pixels = np.bincount(labels.ravel(), minlength=count + 1)[1:].astype(float)
-        if self._labels is None:
-            born = np.full(count, np.nan)
-            sizes = pixels
-            positions = np.ones(count)
-        else:
-            middle = (self._last + slid_distance) / 2
-            heir = _successors(self._labels, self._born.size, labels, count)
+        middle = (self._last + slid_distance) / 2  # NaN at the first position
+        spots = np.stack([np.full(count, middle), pixels, np.ones(count)])
+        if self._labels is not None:
+            heir = _successors(self._labels, self._spots.shape[1], labels, count)
             lives_on = heir >= 0
             self._bury(~lives_on, middle)
-            born = np.full(count, middle)
-            sizes = pixels
-            positions = np.ones(count)
-            born[heir[lives_on]] = self._born[lives_on]
-            sizes[heir[lives_on]] += self._sizes[lives_on]
-            positions[heir[lives_on]] += self._positions[lives_on]
+            spots[0, heir[lives_on]] = self._spots[0, lives_on]
+            spots[1:, heir[lives_on]] += self._spots[1:, lives_on]
         self._labels = labels
         self._last = slid_distance
-        self._born = born
-        self._sizes = sizes
-        self._positions = positions
+        self._spots = spots
 
     def _bury(self, dead: NDArray[np.bool_], distance: float) -> None:
         """Keep the lives of those that ended here and whose birth was seen."""
-        seen = dead & np.isfinite(self._born)
-        self._distances.append(distance - self._born[seen])
-        self._mean_pixels.append(self._sizes[seen] / self._positions[seen])
+        seen = dead & np.isfinite(self._spots[0])
+        self._ended.append(self._lives(seen, distance))
         self._unseen += int(dead.sum() - seen.sum())
 
     def lives(self) -> Lives:
         """Return the lives that began and ended between the first and the latest position."""
-        nothing = np.zeros(0)
-        born = np.isfinite(self._born)
-        return Lives(
-            np.concatenate([nothing, *self._distances]),
-            np.concatenate([nothing, *self._mean_pixels]),
-            self._unseen + self._born.size,
-            self._last - self._born[born],
-            self._sizes[born] / self._positions[born],
-        )
+        ended = np.concatenate([np.zeros((2, 0)), *self._ended], axis=1)
+        so_far = self._lives(np.isfinite(self._spots[0]), self._last)
+        unfinished = self._unseen + self._spots.shape[1]
+        return Lives(ended[0], ended[1], unfinished, so_far[0], so_far[1])
+
+    def _lives(self, which: NDArray[np.bool_], end: float) -> Array:
+        """Return how long some spots have lived at a slid distance, m, and their mean pixels, (2, spots)."""
+        born, pixels, positions = self._spots[:, which]
+        return np.stack([end - born, pixels / positions])
 
 
 def survival(lives: Lives, distance: Array) -> Array:
