@@ -20,11 +20,7 @@ from roughsim.estimate.reactions import (
     Activation,
     ContactMean,
     heat_above,
-    log_scale,
     mean_over_contact,
-    of_uniform_temperature,
-    rates,
-    uniform_temperature,
 )
 from roughsim.grid import Array
 from roughsim.scene import Scene
@@ -103,21 +99,18 @@ def of_reaction(contacts: Contacts, reaction: ReactionSection, energy: float) ->
     flash = contacts.flash
     activation = Activation(energy, reaction.activation_volume, contacts.background)
     scales = [
-        log_scale(bins_of(sample), factor_of(sample, flash), activation)
+        activation.log_scale(bins_of(sample), factor_of(sample, flash))
         for sample in contacts.all_samples
     ]
     scale = np.max(scales, axis=0)
-    of_level = ContactMean(
-        partial(rates, activation=activation, scale=scale),
-        flash,
-        partial(uniform_temperature, activation=activation, scale=scale),
-    )
+    activation = activation._replace(scale=scale)
+    of_level = ContactMean(activation.rates, flash, activation.uniform_temperature)
     members = of_level.members(contacts.samples[0])
     found = mean_over_contact(contacts, of_level)
     # continued below absolute zero it is unknown
     warm = replace(found, value=np.where(found.value > 0.0, found.value, np.nan))
     if np.isfinite(found.value).any():
-        of_contact = of_uniform_temperature(warm, contacts.samples[-1], activation, scale)
+        of_contact = activation.of_uniform_temperature(warm, contacts.samples[-1])
     else:  # without a barrier
         of_contact = mean_over_contact(contacts, ContactMean(of_level.of_bins, flash))
     rate = of_contact * (reaction.prefactor * np.exp(scale)) * contacts.area

@@ -79,7 +79,6 @@ def quotient(
     *,
     size: Array | float = 0.0,
     scanned: bool = False,
-    speeds: Sequence[float] = (),
 ) -> Estimate:
     """Return the ratio above/below, (speeds,), of two columns, or of a column and exact values, with its errors.
 
@@ -109,7 +108,7 @@ def quotient(
         budget = _budget(half_width(error, freedom), errors)
     if scanned:  # both columns use the one C(q), but nothing shows that its error cancels
         budget["scan"] = np.full(value.shape, np.nan)
-    ratio_of_means = Estimate.of("ratio", "1", value, speed_axis("ratio", value, speeds), budget)
+    ratio_of_means = Estimate.of("ratio", "1", value, speed_axis("ratio", value), budget)
     return replace(ratio_of_means, standard_error=error)
 
 

@@ -125,7 +125,7 @@ def by_bound(levels: list[LevelMean], end: float, bound: float) -> Mean:
     left, slower, faster = (levels[-1].q_max / end) ** off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
     way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
-    rest: Mean = high * (left - 1.0)
+    rest = high * (left - 1.0)
     return replace(rest, errors={"bandwidth": error}, way=way)
 
 

@@ -7,7 +7,7 @@ its slope over ln T_flash.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,44 +38,87 @@ OverBins = Callable[
 ]  # bins and the factor of their temperatures → values of bins
 OfMean = Callable[
     [Bins, Array], tuple[Array, Array, Array]
-]  # bins and the mean of each contact → as of `uniform_temperature`
+]  # bins and the mean of each contact → as of `Activation.uniform_temperature`
 
 
 class Activation(NamedTuple):
-    """The barrier of a reaction, and the absolute temperature on which the contact's own comes."""
+    """The barrier of a reaction, and the absolute temperature on which the contact's own comes.
+
+    Rates are over exp(`scale`), their largest exponent, so that none overflows. `factor`, (speeds,), multiplies the
+    temperatures of bins.
+    """
 
     energy: float  # E, J
     volume: float  # V, m³
     base: Array  # K, (speeds,)
+    scale: Array = np.zeros(1)  # (speeds,)
 
+    def energies_of(self, bins: Bins) -> tuple[Array, Array]:
+        """Return σV − E, J, of the two pressures of each bin, and their shares of its area, (2, ..., speeds, bins)."""
+        pressures, shares = (np.array(pair) for pair in zip(*two_pressures(bins), strict=True))
+        return pressures * self.volume - self.energy, shares
 
-def energies_of(bins: Bins, activation: Activation) -> tuple[Array, Array]:
-    """Return σV − E, J, of the two pressures of each bin, and their shares of its area, (2, ..., speeds, bins)."""
-    pressures, shares = (np.array(pair) for pair in zip(*two_pressures(bins), strict=True))
-    return pressures * activation.volume - activation.energy, shares
+    def exponents(self, bins: Bins, factor: Array) -> tuple[Array, Array]:
+        """Return (σV − E)/k_B T of the two pressures of each bin, and their shares, as of `energies_of`."""
+        own = factor[:, None] * bins.temperature
+        temperature = np.maximum(self.base[:, None] + own, _COLDEST)
+        energies, shares = self.energies_of(bins)
+        return energies / (BOLTZMANN * temperature), shares
 
+    def log_scale(self, bins: Bins, factor: Array) -> Array:
+        """Return the largest exponent of any bin at each speed, (speeds,)."""
+        of_bins, _ = self.exponents(bins, factor)
+        return of_bins.max(axis=(*range(of_bins.ndim - 2), -1))
 
-def exponents(bins: Bins, factor: Array, activation: Activation) -> tuple[Array, Array]:
-    """Return (σV − E)/k_B T of the two pressures of each bin, and their shares, as of `energies_of`.
+    def rates(self, bins: Bins, factor: Array) -> Array:
+        """Return the mean of exp((σV − E)/k_B T − scale) over each bin, (..., speeds, bins)."""
+        of_bins, shares = self.exponents(bins, factor)
+        return (shares * np.exp(of_bins - self.scale[:, None])).sum(axis=0)
 
-    `factor`, (speeds,), multiplies the temperatures of the bins.
-    """
-    base = activation.base[:, None]
-    temperature = np.maximum(base + factor[:, None] * bins.temperature, _COLDEST)
-    energies, shares = energies_of(bins, activation)
-    return energies / (BOLTZMANN * temperature), shares
+    def uniform_temperature(self, bins: Bins, rows: Array) -> tuple[Array, Array, Array]:
+        """Return the absolute temperature, K, at which all bins together have the mean of `rates`, (speeds,).
 
+        `rows` are the mean of each contact, (n, speeds). Beside the temperature are its slope over the mean, (speeds,),
+        and its influence values, (n, speeds). With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by Newton's method;
+        without V it is linear in b. NaN without a barrier: then no temperature is singled out.
+        """
+        mean = rows.mean(axis=0)
+        energies, shares = self.energies_of(bins)
+        areas = shares * BIN_AREAS
+        with np.errstate(all="ignore"):  # without a barrier all is NaN
+            log_mean = np.log(mean) + self.scale
+            inverse = log_mean / (areas * energies).mean(axis=1).sum(axis=(0, 2))
+            for _ in range(_ITERATIONS if self.volume else 1):
+                exponents = inverse[:, None] * energies
+                largest = exponents.max(axis=(0, 1, 3))
+                terms = areas * np.exp(exponents - largest[:, None]) / energies.shape[1]
+                total = terms.sum(axis=(0, 1, 3))
+                barrier = -(terms * energies).sum(axis=(0, 1, 3)) / total
+                inverse = inverse + (np.log(total) + largest - log_mean) / barrier
+            # the mean of each contact at this temperature
+            exponents = inverse[:, None] * energies - self.scale[:, None]
+            uniform = (areas * np.exp(exponents)).sum(axis=(0, 3))
+            temperature = np.where(barrier > 0.0, 1.0 / (BOLTZMANN * inverse), np.nan)
+            slope = BOLTZMANN * temperature**2 / (barrier * mean)
+        return temperature, slope, temperature + slope * (rows - uniform)
 
-def log_scale(bins: Bins, factor: Array, activation: Activation) -> Array:
-    """Return the largest exponent of any bin at each speed, (speeds,): rates over its exponential are at most 1."""
-    of_bins = exponents(bins, factor, activation)[0]
-    return of_bins.max(axis=(*range(of_bins.ndim - 2), -1))
+    def of_uniform_temperature(self, warm: Mean, sample: Sample) -> Mean:
+        """Return the mean of `rates` at an activation temperature.
 
+        Along the levels T_act follows T_flash nearly in a straight line, and the rate does not: so T_act is continued,
+        and the rate follows from it.
+        """
+        bins = bins_of(sample)
+        energies, shares = self.energies_of(bins)
 
-def rates(bins: Bins, factor: Array, activation: Activation, scale: Array) -> Array:
-    """Return the mean of exp((σV − E)/k_B T − scale) over each bin, (..., speeds, bins)."""
-    of_bins, shares = exponents(bins, factor, activation)
-    return (shares * np.exp(of_bins - scale[:, None])).sum(axis=0)
+        def mean_at(temperature: Array) -> Array:
+            exponent = energies / (BOLTZMANN * temperature[:, None]) - self.scale[:, None]
+            return (shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2))
+
+        mean = mean_at(warm.value)
+        with np.errstate(all="ignore"):
+            slope = 1.0 / self.uniform_temperature(bins, mean[None])[1]
+        return warm.through(mean, mean_at(warm.finest), slope)
 
 
 def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
@@ -97,64 +140,13 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
     return result
 
 
-def uniform_temperature(
-    bins: Bins, rows: Array, activation: Activation, scale: Array
-) -> tuple[Array, Array, Array]:
-    """Return the absolute temperature, K, at which all bins together have the mean of `rates`, (speeds,).
-
-    `rows` are the mean of each contact, (n, speeds). Beside the temperature are its slope over the mean, (speeds,), and
-    its influence values, (n, speeds). With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by Newton's method; without V
-    it is linear in b. NaN without a barrier: then no temperature is singled out.
-    """
-    mean = rows.mean(axis=0)
-    energies, shares = energies_of(bins, activation)
-    areas = shares * BIN_AREAS
-    with np.errstate(all="ignore"):  # without a barrier all is NaN
-        log_mean = np.log(mean) + scale
-        inverse = log_mean / (areas * energies).mean(axis=1).sum(axis=(0, 2))
-        for _ in range(_ITERATIONS if activation.volume else 1):
-            largest = (inverse[:, None] * energies).max(axis=(0, 1, 3))
-            terms = (
-                areas * np.exp(inverse[:, None] * energies - largest[:, None]) / energies.shape[1]
-            )
-            total = terms.sum(axis=(0, 1, 3))
-            barrier = -(terms * energies).sum(axis=(0, 1, 3)) / total
-            inverse = inverse + (np.log(total) + largest - log_mean) / barrier
-        # the mean of each contact at this temperature
-        uniform = (areas * np.exp(inverse[:, None] * energies - scale[:, None])).sum(axis=(0, 3))
-        temperature = np.where(barrier > 0.0, 1.0 / (BOLTZMANN * inverse), np.nan)
-        slope = BOLTZMANN * temperature**2 / (barrier * mean)
-    return temperature, slope, temperature + slope * (rows - uniform)
-
-
-def of_uniform_temperature(
-    warm: Mean, sample: Sample, activation: Activation, scale: Array
-) -> Mean:
-    """Return the mean of `rates` at an activation temperature.
-
-    Along the levels T_act follows T_flash nearly in a straight line, and the rate does not: so T_act is continued, and
-    the rate follows from it.
-    """
-    energies, shares = energies_of(bins_of(sample), activation)
-
-    def mean_at(temperature: Array) -> Array:
-        exponent = energies / (BOLTZMANN * temperature[:, None]) - scale[:, None]
-        return (shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2))
-
-    mean = mean_at(warm.value)
-    with np.errstate(all="ignore"):
-        slope = 1.0 / uniform_temperature(bins_of(sample), mean[None], activation, scale)[1]
-    return warm.through(mean, mean_at(warm.finest), slope)
-
-
 def _itself(bins: Bins, rows: Array) -> tuple[Array, Array, Array]:
-    """Return a mean as a function of itself, as `uniform_temperature`."""
+    """Return a mean as a function of itself, as `Activation.uniform_temperature`."""
     mean = rows.mean(axis=0)
     return mean, np.ones_like(mean), rows
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ContactMean:
+class ContactMean(NamedTuple):
     """A mean over the contact of a function of its bins, or a function of this mean, at the continued T_flash."""
 
     of_bins: OverBins
@@ -175,7 +167,7 @@ class ContactMean:
 
     def slope(self, sample: Sample) -> Array:
         """Return the slope of the mean over ln T_flash, (speeds,)."""
-        rise: Array = (self.mean(sample, _STEP) - self.mean(sample, -_STEP)).mean(axis=0)
+        rise = (self.mean(sample, _STEP) - self.mean(sample, -_STEP)).mean(axis=0)
         return rise / (2.0 * _STEP)
 
     def influence(self, sample: Sample) -> Array:
@@ -205,8 +197,7 @@ class ContactMean:
         """Return the effective number of members that carry the mean, (Σ y)²/Σ y², (speeds,)."""
         rows = self.mean(sample)
         with np.errstate(invalid="ignore"):  # 0/0 of a share that no member has
-            effective: Array = rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
-        return effective
+            return rows.sum(axis=0) ** 2 / (rows**2).sum(axis=0)
 
 
 def mean_over_contact(contacts: Contacts, of_level: ContactMean) -> Mean:

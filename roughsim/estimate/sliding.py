@@ -196,7 +196,7 @@ def stretch_of(flash: Mean, hot: Mean, lowest: Sample) -> Array:
     """
     drawn = lowest.numbers[HOT].mean(axis=0) / lowest.numbers[FLASH].mean(axis=0) - 1.0
     with np.errstate(all="ignore"):  # of a uniform temperature
-        growth: Array = (hot.value / flash.value - 1.0) / drawn
+        growth = (hot.value / flash.value - 1.0) / drawn
     return np.where((drawn > _UNIFORM) & np.isfinite(growth), growth, 1.0)
 
 

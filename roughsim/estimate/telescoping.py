@@ -116,7 +116,7 @@ def change_by_pixel(
         return replace(nothing, errors={"pixel": np.full(shape, np.nan)})
     beyond = _TURNING if isnan(order) else 1.0 / (shown.refined**order - 1.0)
     unseen = shown.last * beyond
-    carried: float = (shown.q_max / max(end, shown.q_max)) ** fall
+    carried = (shown.q_max / max(end, shown.q_max)) ** fall
     change = shown.finer if isnan(order) else shown.finer + unseen
     known = np.isfinite(change.value)  # 0/0 without yielding, or at rest
     change = change.where(known, nothing)

@@ -43,7 +43,7 @@ def equalize(contact: Mask, jump: Array, response: Array, limit: float) -> Array
 
     def between(values: Array, factor: Field) -> Array:
         field[contact] = values
-        result: Array = fourier.inverse(fourier.forward(field) * factor, contact.shape)[contact]
+        result = fourier.inverse(fourier.forward(field) * factor, contact.shape)[contact]
         return result.astype(float)
 
     flux = np.zeros_like(jump)

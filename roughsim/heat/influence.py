@@ -98,7 +98,7 @@ class PixelAxis:
         sides = np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift
         edges = sides[:, None] * self.size
         scaled = (edges + self.drift * u**2) / (2 * u)
-        risen: Array = scipy.special.erf(scaled)
+        risen = scipy.special.erf(scaled)
         return (risen[1:] - risen[:-1]) / 2
 
 

@@ -38,7 +38,7 @@ def interpolation(
     extent = max(math.log(high / low), 1.0)
     orders = np.arange(math.ceil(_ACCURACY / math.asinh(0.5 * math.pi / extent)))
     angles = (orders + 0.5) * math.pi / orders.size
-    nodes: Array = low * np.exp(extent * (1 - np.cos(angles)) / 2)
+    nodes = low * np.exp(extent * (1 - np.cos(angles)) / 2)
 
     def interpolated(values: Array) -> Callable[[Array], Array]:
         # Chebyshev polynomials, orthogonal over the nodes

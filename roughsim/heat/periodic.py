@@ -198,7 +198,7 @@ def uniform_temperature(
 
 def turned_response(grid: Grid, source: MovingSource, precision: DTypeLike) -> Field:
     """κT/q̇ of all modes, transposed as `convolution.convolve` takes it, shape (n_y//2 + 1, n_x)."""
-    turned: Field = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
+    turned = np.empty(grid.half_shape[::-1], np.result_type(precision, np.complex64))
     for rows, response in responses(grid, source):
         turned[:, rows] = response.T / grid.points
     turned.flags.writeable = False

@@ -125,7 +125,7 @@ def response_from_rest(
     square = square[young]
     start = -1j * advection[young]
     steady = response[young]
-    integral: Complex = np.zeros(steady.shape, complex)
+    integral = np.zeros(steady.shape, complex)
     for node, weight in zip(laplace.NODES / spread, laplace.WEIGHTS / (2 * spread), strict=True):
         here = steady_response(square, 1j * node, layers, depth)
         integral += weight * (here - steady) / (node - start)
@@ -138,7 +138,7 @@ def _depth_mean(x: Complex, y: float) -> Complex:
     """Return (e^(−x) − e^(−y))/(1 − x/y) for Re x > 0 and y > 0, also where x = y."""
     difference = y - x
     close = np.abs(difference) < _CLOSE
-    mean: Complex = np.asarray((np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y))
+    mean = np.asarray((np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y))
     small = difference[close]
     equal = small == 0.0
     mean[close] = (
@@ -191,7 +191,7 @@ def _uniform_body(root: Complex, heat_depth: float, depth: float) -> tuple[Compl
     They are [M + e^(−z/h)]/(λ(1 + λh)) and M/(1 + λh) with M = (e^(−λz) − e^(−z/h))/(1 − λh).
     """
     if heat_depth == 0.0:
-        passing: Complex = np.exp(-root * depth)
+        passing = np.exp(-root * depth)
         return passing / root, passing
     mean = _depth_mean(root * depth, depth / heat_depth)
     share = 1 / (1 + root * heat_depth)
@@ -234,8 +234,8 @@ def _quarter_turn(wavenumber: Array, rate: float, layers: Layering) -> tuple[Arr
     share = extent * weights * np.cosh(u) / (math.pi * ratio)  # du over the quarter turn
     q = wavenumber[:, None]
     response = q * steady_response(q**2, (rate * q) * cosine, layers)
-    even: Array = np.sum(share * response.real, axis=1)
-    odd: Array = np.sum(share * cosine * -response.imag, axis=1)
+    even = np.sum(share * response.real, axis=1)
+    odd = np.sum(share * cosine * -response.imag, axis=1)
     return even, odd
 
 

@@ -41,7 +41,7 @@ def _buried(b: Complex, a: float) -> Complex:
     shallow = b.real > a
     first = tail * scipy.special.erfcx(np.where(shallow, b - a, a - b))
     first = np.where(shallow, 2 * np.exp(-2 * a * b) - first, first)
-    result: Complex = (first - tail * scipy.special.erfcx(a + b)) / (2 * b)
+    result = (first - tail * scipy.special.erfcx(a + b)) / (2 * b)
     # for small b a series in b²: [f(a−b) − f(a+b)]/(2b) by the derivatives of f(x) = e^(x²) erfc(x), f′ = 2xf − 2/√π
     derivatives = [float(scipy.special.erfcx(a))]
     derivatives.append(2 * a * derivatives[0] - 2 / math.sqrt(math.pi))

@@ -29,7 +29,7 @@ _FINER = 16  # steps of q across sliding in one of the waves: cosines between th
 
 def variance_of(amplitude: Complex, grid: Grid) -> Array:
     """Return the variance of the stress of each wave of the half spectrum, Pa², by the transform of the pressure."""
-    variance: Array = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
+    variance = (amplitude.real**2 + amplitude.imag**2) * grid.multiplicity
     variance[0, 0] = 0.0
     return variance
 

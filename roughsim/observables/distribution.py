@@ -5,7 +5,6 @@ rate of reaction, follows from them. They are ordered from the coldest contact t
 divide the colder half; in the hotter half, three divide each halving of the area that is hotter, down to 2^−14 of it.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -43,8 +42,7 @@ class Bins(NamedTuple):
     pressure_skewness: Array  # third moment about the mean over the cube of the deviation
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Distribution:
+class Distribution(NamedTuple):
     """Distribution of the temperature over one contact, at each speed."""
 
     by_heat: Array  # quantiles at `LEVELS`, weighted by the heat, K, (speeds, levels)

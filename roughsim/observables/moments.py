@@ -108,7 +108,7 @@ class HeatSource:
             "direction": (number, "rad"),
         }
         for name, (check, unit) in checks.items():
-            value: Any = getattr(self, name)
+            value = getattr(self, name)
             if value is None:  # no direction
                 continue
             if np.ndim(value) == 0:

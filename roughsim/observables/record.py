@@ -6,7 +6,7 @@ mean is the observable and whose scatter gives its error. Ratios of observables 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,8 +35,7 @@ class Measured:
     seen_correlations: Any = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TheoryOfScene:
+class TheoryOfScene(NamedTuple):
     """The theory of a scene, as observables use it; all the heat goes into the moving body."""
 
     # by name of the observable. Arrays (speeds,): T_flash, T′, ∇²T, D_flash, d_flash, and the heat share of the moving
@@ -143,16 +142,11 @@ class Observable:
         return np.array(np.broadcast_to(self.theory(theory), nothing.shape))
 
 
-def product(first: Array, second: Array) -> Array:
-    """Return influence values of ⟨first⟩⟨second⟩ with the pairing of the rows kept; arrays (n, any)."""
-    return first * second.mean(axis=0) + first.mean(axis=0) * (second - second.mean(axis=0))
-
-
 def ratio(above: Array, below: Array, power: float = 1.0) -> Array:
     """Return influence values of (⟨above⟩/⟨below⟩)^power with the pairing of the rows kept; arrays (n, any)."""
     top = above.mean(axis=0)
     bottom = below.mean(axis=0)
     with np.errstate(all="ignore"):  # undefined ratios become NaN
         value = (top / bottom) ** power
-        change: Array = value * (1.0 + power * ((above - top) / top - (below - bottom) / bottom))
+        change = value * (1.0 + power * ((above - top) / top - (below - bottom) / bottom))
     return np.where(np.isfinite(change), change, value)

@@ -163,7 +163,7 @@ def stress_spectrum(
 
     nodes, waves = gathered
     quarter, sums = gathered_power(amplitude, grid.multiplicity, nodes.slot, nodes.slots)
-    share: Array = quarter.ravel()[waves.mode] * waves.unseen_share
+    share = quarter.ravel()[waves.mode] * waves.unseen_share
     unseen = np.bincount(waves.entry, share, minlength=waves.wavenumber.size)
     reach = 0.5 * math.hypot(*grid.lengths)
     spectrum = StressSpectrum(nodes.entries, nodes.compacted(sums), reach)
@@ -225,8 +225,7 @@ def first_root(excess: float, terms: list[float]) -> float:
     return s * (1.0 - 1e-9)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _UniformNodes:
+class _UniformNodes(NamedTuple):
     """How the modes of a grid are gathered at compact wavenumbers: for smooth f both give the same sum of variance·f.
 
     The distinct wavenumbers below `kept` keep entries of their own. All others are spread over the nodes around them,

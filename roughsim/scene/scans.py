@@ -5,7 +5,6 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -169,7 +168,7 @@ def _with_lay(
     gamma = float(f"{gamma:.3g}")
     ratios = [stretch(gamma, angle - grooves) for angle in angles]
     stretched = [
-        replace(one, length=one.length * ratio, reliable=one.reliable / ratio)
+        one._replace(length=one.length * ratio, reliable=one.reliable / ratio)
         for one, ratio in zip(lines, ratios, strict=True)
     ]
     return stretched, {"lay": gamma, "lay_direction": float(f"{grooves:.4g}")}

@@ -62,7 +62,7 @@ def follow(
     fractions = []
     frozen = []
     before = None
-    late: Array = np.zeros(())  # sum of the spectra over the last steps
+    late = np.zeros(())  # sum of the spectra over the last steps
     for n, step in enumerate(walk(contacts, grid, path, motions)):
         correlation.add(step.stress)
         if step.contact is not before:  # over a flat it stays

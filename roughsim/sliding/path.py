@@ -1,7 +1,7 @@
 """The way of one rough body over another, in whole pixels, slightly oblique to the cell."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,7 @@ COARSER = 0.75  # points along each side of the coarser grid of a slide: 42 % of
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Path:
+class Path(NamedTuple):
     """Position of the moving body at each step.
 
     Attributes

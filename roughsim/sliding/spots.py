@@ -86,7 +86,7 @@ def survival(lives: Lives, distance: Array) -> Array:
     share = np.concatenate([[1.0], np.cumprod(1.0 - 1.0 / watched)])
     # distances and lives are whole steps, to rounding
     ended = np.searchsorted(ends, distance * (1 + 1e-9), side="right")
-    result: Array = share[ended]
+    result = share[ended]
     longest = max([*ends[-1:], *so_far[-1:]], default=0.0)
     unknown = (distance > longest * (1 + 1e-9)) & (share[-1] > 0.0)
     result[unknown] = np.nan

@@ -215,7 +215,7 @@ def _distinct_polar_cells(
     # flattens the square roots of θ(q) at the corners
     smooth = t * t * (3 - 2 * t)
     slope = 6 * t * (1 - t)
-    total: Any = np.zeros(kx.size)
+    total = np.zeros(kx.size)
     for low, high in pairwise(edges):
         middle = 0.5 * (low + high)
         # cells that the piece meets

@@ -110,8 +110,8 @@ def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     slope = sqrt(float((squares * grid.wavenumbers.ravel()[modes.place] ** 2).sum()))
     nodes = NODES
     while True:
-        s: Complex = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=complex)
-        mean: Complex = np.ones(nodes, dtype=complex)
+        s = np.array(1.0 + 1j * STEP * np.arange(nodes), dtype=complex)
+        mean = np.ones(nodes, dtype=complex)
         if variance > 0.0:
             own = amplitude / sqrt(variance)
             mean = mean_exponential(own[phased], own[modes.real], s)

@@ -18,11 +18,7 @@ from roughsim.estimate.reactions import (
     ContactMean,
     heat_above,
     law_of_flash,
-    log_scale,
     mean_over_contact,
-    of_uniform_temperature,
-    rates,
-    uniform_temperature,
 )
 from roughsim.observables.distribution import BIN_AREAS, Bins, binned
 
@@ -43,8 +39,9 @@ def of_pixels(temperature, pressure):
 
 
 def mean_rate(bins, factor, activation):
-    scale = log_scale(bins, factor, activation)
-    return (rates(bins, factor, activation, scale) @ BIN_AREAS) * np.exp(scale)
+    scale = activation.log_scale(bins, factor)
+    scaled = activation._replace(scale=scale)
+    return (scaled.rates(bins, factor) @ BIN_AREAS) * np.exp(scale)
 
 
 def hertz(t_max=500.0, pixels=200_000):
@@ -88,13 +85,14 @@ def test_a_contact_of_one_temperature_has_it_as_its_activation_temperature(volum
     bins = hertz()
     activation = Activation(EV, volume, np.array([650.0]))
     cold = np.zeros(1)
-    scale = log_scale(bins, cold, activation)
-    each = rates(bins, cold, activation, scale) @ BIN_AREAS
-    temperature, slope, rows = uniform_temperature(bins, each, activation, scale)
+    scale = activation.log_scale(bins, cold)
+    activation = activation._replace(scale=scale)
+    each = activation.rates(bins, cold) @ BIN_AREAS
+    temperature, slope, rows = activation.uniform_temperature(bins, each)
     assert temperature == pytest.approx(650.0, rel=1e-12)
     np.testing.assert_allclose(rows, np.broadcast_to(temperature, each.shape), rtol=1e-10)
     # the slope by a difference
-    above = uniform_temperature(bins, 1.001 * each, activation, scale)[0]
+    above = activation.uniform_temperature(bins, 1.001 * each)[0]
     assert slope * each.mean(axis=0) == pytest.approx(
         (above - temperature) / np.log(1.001), rel=1e-2
     )
@@ -114,7 +112,7 @@ def test_the_rate_follows_from_the_activation_temperature_with_its_errors(volume
 
     scale = np.array([-10.0])
     warm = flash_values(800.0, error=3.0, rows=np.array([[1.0], [-1.0]]))
-    rate = of_uniform_temperature(warm, sample, activation, scale)
+    rate = activation._replace(scale=scale).of_uniform_temperature(warm, sample)
     assert rate.value * np.exp(scale) == pytest.approx(exact(800.0), rel=1e-3)
     expected = np.log(exact(800.1) / exact(799.9)) / 0.2
     slope = expected * rate.value
@@ -123,10 +121,9 @@ def test_the_rate_follows_from_the_activation_temperature_with_its_errors(volume
 
 
 def test_without_a_barrier_there_is_no_activation_temperature():
-    bins, cold = hertz(), np.zeros(1)
     activation = Activation(0.0, 0.0, np.array([300.0]))
     with np.errstate(all="ignore"):
-        assert np.isnan(uniform_temperature(bins, np.ones((1, 1)), activation, cold)[0])
+        assert np.isnan(activation.uniform_temperature(hertz(), np.ones((1, 1)))[0])
 
 
 def test_heat_above_a_temperature_of_a_hertz_contact_is_closed():
@@ -168,18 +165,13 @@ def with_bins(pairs, deviation=0.3, seed=1):
 
 def rate_of(pairs, flash, activation):
     samples = [sample for pair in pairs for sample in (pair, pair.below) if sample is not None]
-    scale = np.max(
-        [log_scale(bins_of(s), factor_of(s, flash), activation) for s in samples], axis=0
-    )
-    return ContactMean(lambda bins, factor: rates(bins, factor, activation, scale), flash), scale
+    scale = np.max([activation.log_scale(bins_of(s), factor_of(s, flash)) for s in samples], axis=0)
+    return ContactMean(activation._replace(scale=scale).rates, flash), scale
 
 
 def of_temperature(pairs, flash, activation):
     of_level, scale = rate_of(pairs, flash, activation)
-
-    def of_mean(bins, rows):
-        return uniform_temperature(bins, rows, activation, scale)
-
+    of_mean = activation._replace(scale=scale).uniform_temperature
     return ContactMean(of_level.of_bins, flash, of_mean)
 
 

@@ -15,9 +15,7 @@ from roughsim.estimate.reactions import (
     BOLTZMANN,
     Activation,
     ContactMean,
-    log_scale,
     mean_over_contact,
-    rates,
 )
 from roughsim.estimate.sliding import (
     sliding_estimate,
@@ -286,8 +284,8 @@ def test_contacts_of_one_temperature_react_as_at_t_flash_of_the_slide():
     pair, flash = contacts(100.0), values(150.0, np.zeros(6))
     flash = replace(flash, errors={"bandwidth": np.array([2.0]), "slide": np.array([6.0])})
     activation = Activation(1.6e-19, 0.0, np.array([500.0]))
-    scale = log_scale(pair.bins, np.ones(1), activation)
-    of_level = ContactMean(lambda bins, factor: rates(bins, factor, activation, scale), flash)
+    scale = activation.log_scale(pair.bins, np.ones(1))
+    of_level = ContactMean(activation._replace(scale=scale).rates, flash)
     found = mean_over_slides(pair, 1.4, of_level)
     b = 1.6e-19 / (BOLTZMANN * 650.0)
     assert found.value == pytest.approx(np.exp(-b - scale), rel=1e-9)

@@ -5,7 +5,7 @@ transposed half spectra, as `operators` hold them.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,8 +19,7 @@ LOADS = (1e-303, 1e250)  # σ₀ over E* times range over length
 _COARSEST = 64  # an axis is halved while it keeps at least this many points
 
 
-@dataclass(frozen=True, slots=True)
-class ScaledProblem:
+class ScaledProblem(NamedTuple):
     """Minimise ½p·Sp − p·(heights − middle)/unit, 0 ≤ p ≤ cap, mean p = load: dimensionless but for the heights."""
 
     heights: Field
@@ -151,7 +150,7 @@ def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[Scal
         grid, heights = relief.coarse[nx, ny]
         stiffness = min(finest.stiffness, 0.5 * grid.nyquist)
         levels.append(
-            replace(finest, heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness)
+            finest._replace(heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness)
         )
 
 

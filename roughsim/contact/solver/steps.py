@@ -33,8 +33,7 @@ _ROUNDING = 64 * _DOUBLE  # the gap that rounding may leave, in units of the hei
 _NEARBY = 0.01  # of the residual: from this share of the load on the place of the load of the bounds matters
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Workspace:
+class Workspace(NamedTuple):
     """Operators and arrays of the steps on one grid; a small one serves the next solve of its Python thread too.
 
     `free` is 1 on the free points, `inner` on the free points that stay between the bounds in a trial.

@@ -1,8 +1,8 @@
 """Contents of a file before units are applied, and the error of files without heights."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import prod
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,8 +34,7 @@ class NoHeightsError(ValueError):
     """A file holds no heights that can be used. The message goes on after the name of the file."""
 
 
-@dataclass(frozen=True, eq=False)
-class Contents:
+class Contents(NamedTuple):
     """Heights as a file has them."""
 
     heights: Array  # in `unit`, undefined points NaN: a map, axis 0 is x, or a line scan

@@ -4,7 +4,6 @@ import re
 import warnings
 import zipfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +90,7 @@ def of_instrument(
         raise NoHeightsError(
             "holds a line scan at uneven steps; put its heights on even steps first"
         )
-    return replace(_contents_of(found), channel=index, channels=names)
+    return _contents_of(found)._replace(channel=index, channels=names)
 
 
 def of_tiff(path: Path, channel: str | int | None) -> Contents | None:

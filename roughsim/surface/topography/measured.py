@@ -117,7 +117,7 @@ def levelled(heights: Array, periodic: bool = False) -> Array:
 def _psd_of(heights: Array, grid: Grid, weight: Array) -> Array:
     """Return C at the modes of heights, m, under a window, m⁴, of `grid.half_shape`."""
     modes = np.fft.rfft2(heights * weight)
-    psd: Array = modes.real**2 + modes.imag**2
+    psd = modes.real**2 + modes.imag**2
     cell = 4 * np.pi**2 / (grid.lengths[0] * grid.lengths[1])
     return psd / (grid.points**2 * cell * float(np.mean(weight**2)))
 
@@ -276,8 +276,7 @@ def combined(maps: Sequence[BinnedSpectrum]) -> MeasuredSpectrum:
     return _with_ends(q, psd, errors, longest, max(one.q_max for one in maps))
 
 
-@dataclass(frozen=True)
-class _OfContainer:
+class _OfContainer(NamedTuple):
     """Interface of a map in a container for the averages of SurfaceTopography."""
 
     q: Array

@@ -1,7 +1,6 @@
 """Maps and line scans in netCDF files, as xarray writes them: heights over coordinates x and y with units."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -148,7 +147,7 @@ def _heights(variables: Mapping[str, _Variable], channel: str | int | None) -> C
             )
         index = 0 if channel is None else index_of_channel(alike, channel)
         found = _with_axes(alike[index], data[alike[index]], variables)
-        return replace(found, channel=index, channels=tuple(alike)) if len(names) > 1 else found
+        return found._replace(channel=index, channels=tuple(alike)) if len(names) > 1 else found
     return None
 
 

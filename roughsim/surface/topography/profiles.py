@@ -37,10 +37,10 @@ def line_modes(
         window = 0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
     # without q = 0 and the Nyquist wavenumber
     modes = np.fft.rfft(heights * window)[1 : (points + 1) // 2]
-    k: Array = step * np.arange(1.0, modes.size + 1.0)
+    k = step * np.arange(1.0, modes.size + 1.0)
     inside = k <= reliable
     square = np.mean(window**2)
-    along: Array = np.abs(modes[inside]) ** 2 / (points**2 * step * float(square))
+    along = np.abs(modes[inside]) ** 2 / (points**2 * step * float(square))
     together = float(np.mean(window**4) / square**2)
     return k[inside], along, together
 

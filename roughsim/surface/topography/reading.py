@@ -3,9 +3,9 @@
 import warnings
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,8 +50,7 @@ _BYTES_PER_SECOND = 1e6
 _NUMPY = b"\x93NUMPY"
 
 
-@dataclass(frozen=True, eq=False)
-class Topography:
+class Topography(NamedTuple):
     """A measured map, detrended."""
 
     heights: Array  # m, shape `grid.shape`, without mean and, if not periodic, without tilt
@@ -79,8 +78,7 @@ class Topography:
         return texture_of(self.heights, self.grid, periodic=self.periodic, reliable=self.reliable)
 
 
-@dataclass(frozen=True, eq=False)
-class Profile:
+class Profile(NamedTuple):
     """A measured line scan, detrended: see `bins_of_lines`."""
 
     heights: Array  # m, at even steps
@@ -161,7 +159,7 @@ def read_scan(
             seconds = _LEAST_SECONDS + path.stat().st_size / _BYTES_PER_SECOND
             found: Contents = call_in_child(_contents_of, file, channel, seconds=seconds)
         scan, notes = _scan_of(path, with_size_and_unit(found, size, unit), fill)
-        scan = replace(scan, reliable=min(scan.reliable, cut), taken=taken(found, size, unit))
+        scan = scan._replace(reliable=min(scan.reliable, cut), taken=taken(found, size, unit))
         shortest = scan.length if isinstance(scan, Profile) else min(scan.grid.lengths)
         if 2 * np.pi / shortest > cut:
             raise NoHeightsError(

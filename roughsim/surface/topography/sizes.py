@@ -1,7 +1,6 @@
 """Sizes and units of a scan: of its file, or else of the keys; and what was taken, in words."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 from roughsim.surface.topography.contents import Contents, NoHeightsError, numbered, unit_name
 
@@ -32,7 +31,7 @@ def with_size_and_unit(
             "holds a line scan, which has one length; write one length as topography_size"
         )
     sizes = sizes[: found.heights.ndim]
-    return replace(found, sizes=sizes, unit=unit_of_heights, lateral_unit=1.0)
+    return found._replace(sizes=sizes, unit=unit_of_heights, lateral_unit=1.0)
 
 
 def _names(concerned: dict[str, bool]) -> tuple[str, str]:

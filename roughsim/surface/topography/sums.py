@@ -1,6 +1,5 @@
 """The map of two faces in contact: the sum of their maps."""
 
-from dataclasses import replace
 from functools import partial
 from math import floor
 
@@ -21,7 +20,7 @@ def sum_of_faces(first: Topography, second: Topography) -> Topography:
     """
     first = _resolved(first)
     second = _resolved(second)
-    turned = replace(second, heights=second.heights[:, ::-1])
+    turned = second._replace(heights=second.heights[:, ::-1])
     alike = np.allclose(first.grid.lengths, second.grid.lengths, rtol=1e-6)
     periodic = first.periodic and second.periodic and alike
     nx, ny = (max(pair) for pair in zip(first.grid.shape, second.grid.shape, strict=True))
@@ -54,7 +53,7 @@ def _resolved(face: Topography) -> Topography:
     else:
         cell = Grid((2 * nx, 2 * ny), (2 * x, 2 * y))
         heights = band_limited(mirrored(face.heights), cell, cell.shape, face.reliable)[:nx, :ny]
-    return replace(face, heights=heights)
+    return face._replace(heights=heights)
 
 
 def _common(first: Grid, second: Grid) -> Grid:
