@@ -173,9 +173,9 @@ def corrected_fractions(
 def edge_corrected(field: Field, hardness: Any) -> tuple[float, float]:
     """Return `corrected_fractions` of a pressure within its bounds (not checked again)."""
     touching, yielded, outer, inner = _counts(field, hardness)
-    return (touching - _EDGE_SHARE * outer) / field.size, (
-        yielded + _EDGE_SHARE * inner
-    ) / field.size
+    touching = touching - _EDGE_SHARE * outer
+    yielded = yielded + _EDGE_SHARE * inner
+    return touching / field.size, yielded / field.size
 
 
 def yielded_points(pressure: Field, penetration_hardness: float) -> Mask:
@@ -213,9 +213,8 @@ def labelled_patches(mask: Mask, *, periodic: bool = True) -> tuple[Index, int]:
         # parts that meet over a side of the cell are one region
         first, last = (np.concatenate((labels[end], labels[:, end])) for end in (0, -1))
         both = (first > 0) & (last > 0)
-        joins = coo_array(
-            (np.ones(int(both.sum())), (first[both] - 1, last[both] - 1)), shape=(count, count)
-        )
+        pairs = first[both] - 1, last[both] - 1
+        joins = coo_array((np.ones(pairs[0].size), pairs), shape=(count, count))
         count, joined = connected_components(joins, directed=False)
         labels = np.concatenate([[0], joined + 1])[labels]
     return labels.astype(np.int64, copy=False), int(count)

@@ -110,7 +110,8 @@ def _displaced(
     for side in (1.0, -1.0):
         evened = _evened(over, apart[:, None], side)
         # they have another mean, but T_flash is given
-        unit = flash / ((heat * evened).sum(axis=(0, 2)) / (heat * over).sum(axis=(0, 2)))
+        change = (heat * evened).sum(axis=(0, 2)) / (heat * over).sum(axis=(0, 2))
+        unit = flash / change
         numbers = {
             name: unit * _evened(values / flash, apart, side) for name, values in hot.items()
         }

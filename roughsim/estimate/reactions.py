@@ -129,9 +129,8 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
     """
     temperature = factor[:, None] * bins.temperature
     heat = BIN_AREAS * bins.pressure
-    hotter = (np.cumsum(heat[..., ::-1], axis=-1)[..., ::-1] - 0.5 * heat) / heat.sum(
-        axis=-1, keepdims=True
-    )
+    above = np.cumsum(heat[..., ::-1], axis=-1)[..., ::-1]
+    hotter = (above - 0.5 * heat) / heat.sum(axis=-1, keepdims=True)
     result = np.empty(temperature.shape[:-1])
     for place in np.ndindex(result.shape):
         result[place] = np.interp(

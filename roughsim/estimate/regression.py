@@ -21,7 +21,8 @@ LEAST_FITTED = (
 def at_mean_peak_volume(values: Array, numbers: Mapping[str, Array]) -> Array:
     """Return values (n, any) at the mean peak volume, which is among their numbers, (n,) or (n, 1)."""
     x = np.nan_to_num(np.ravel(numbers[CONTROL])) if CONTROL in numbers else np.zeros(0)
-    if len(values) < LEAST_FITTED or len(x) != len(values) or np.ptp(x) <= 1e-12 * np.abs(x).max():
+    few = len(values) < LEAST_FITTED or len(x) != len(values)
+    if few or np.ptp(x) <= 1e-12 * np.abs(x).max():
         return values
     apart = x - x.mean()
     spread = float(apart @ apart)

@@ -229,7 +229,8 @@ def _oldest_heat(x: PixelAxis, y: PixelAxis, fading: Fading, end: float) -> floa
     def older(u: float) -> float:
         if math.isinf(u):
             return 0.0
-        return math.exp(-((p * u / 2) ** 2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(p * u / 2)
+        x = p * u / 2
+        return math.exp(-(x**2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(x)
 
     faded = float(fading.factor(np.array([start]))[0])
     return float(faded * x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))

@@ -138,14 +138,11 @@ def _depth_mean(x: Complex, y: float) -> Complex:
     """Return (e^(−x) − e^(−y))/(1 − x/y) for Re x > 0 and y > 0, also where x = y."""
     difference = y - x
     close = np.abs(difference) < _CLOSE
-    mean = np.asarray((np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y))
+    mean: Complex = np.asarray((np.exp(-x) - math.exp(-y)) / np.where(close, 1.0, 1 - x / y))
     small = difference[close]
     equal = small == 0.0
-    mean[close] = (
-        np.exp(-x[close])
-        * y
-        * np.where(equal, 1.0, -np.expm1(-small) / np.where(equal, 1.0, small))
-    )
+    quotient = -np.expm1(-small) / np.where(equal, 1.0, small)
+    mean[close] = np.exp(-x[close]) * y * np.where(equal, 1.0, quotient)
     return mean
 
 
@@ -170,19 +167,15 @@ def _response_below(
     # B cosh(λ_s d)
     lag = -np.expm1(-2 * within * layers.thickness) / (1 + faded)  # tanh(λ_s d)
     image = (own - here / layers.conduction + crossing / below) / (1 + inner * lag / below)
-    response: Complex
     if depth <= layers.thickness:
-        rise = np.exp(within * (depth - layers.thickness)) + np.exp(
-            -within * (depth + layers.thickness)
-        )
+        rise = np.exp(within * (depth - layers.thickness))
+        rise = rise + np.exp(-within * (depth + layers.thickness))
         skin = _uniform_body(within, layers.heat_depth, depth)[0] / layers.conduction
-        response = skin + image * rise / (1 + faded)
-        return response
+        return skin + image * rise / (1 + faded)
     beyond = depth - layers.thickness
     entering = crossing - inner * image * lag
     own_heat = _uniform_body(below, layers.heat_depth, beyond)[0]
-    response = deep * own_heat + entering / below * np.exp(-below * beyond)
-    return response
+    return deep * own_heat + entering / below * np.exp(-below * beyond)
 
 
 def _uniform_body(root: Complex, heat_depth: float, depth: float) -> tuple[Complex, Complex]:

@@ -264,8 +264,10 @@ def widths(correlation: Array, y: Array) -> Array:
     below = np.flatnonzero(mean < 0.5 * mean[0])
     if not below.size or below[0] < 2 or not mean[0] > 0.0:
         return np.full(len(correlation), np.nan)
-    excess = CubicSpline(np.log(y[1:]), (correlation - correlation[:, :1] / 2)[:, 1:], axis=1)
-    of_mean = CubicSpline(np.log(y[1:]), (mean - mean[0] / 2)[1:])
+    ln_y = np.log(y[1:])
+    above_half = correlation - correlation[:, :1] / 2
+    excess = CubicSpline(ln_y, above_half[:, 1:], axis=1)
+    of_mean = CubicSpline(ln_y, (mean - mean[0] / 2)[1:])
     low = np.log(y[below[0] - 1])
     high = np.log(y[below[0]])
     place = next(root for root in of_mean.solve(0.0, extrapolate=False) if low <= root <= high)

@@ -75,7 +75,9 @@ def _mean_squares(grid: Grid, source: MovingSource) -> NDArray[np.float32]:
     ux, uy = (part / rate for part in source.drift)
     dx, dy = grid.mode_spacing
     # along and across sliding
-    sides = sorted(((ux * dx, -uy * dx), (uy * dy, ux * dy)), key=lambda side: abs(side[0]))
+    first = ux * dx, -uy * dx
+    second = uy * dy, ux * dy
+    sides = sorted((first, second), key=lambda side: abs(side[0]))
     along, across = (part.ravel() for part in _turned(grid, source))
     width = sum(abs(ahead) for ahead, _ in sides)
     lengths = [source.spread * rate]  # of waves cos(q_sl) in |F|²
@@ -132,11 +134,13 @@ def _mean_near(
         s = along + first * short / 2
         c = across + first * aside / 2
         tilt = tilted / long
-        few = np.maximum((c - tilt * s) ** 2, (_LEAST * (abs(aside) + abs(tilted))) ** 2) / rate
+        least = _LEAST * (abs(aside) + abs(tilted))
+        few = np.maximum((c - tilt * s) ** 2, least**2) / rate
         few = np.maximum(few, young)
         low = s - abs(long) / 2
         high = s + abs(long) / 2
-        for start, stop in ((low, np.clip(0.0, low, high)), (np.clip(0.0, low, high), high)):
+        peak = np.clip(0.0, low, high)
+        for start, stop in ((low, peak), (peak, high)):
             first_x = np.arcsinh(start / few)
             last_x = np.arcsinh(stop / few)
             x = first_x[:, None] + (last_x - first_x)[:, None] * (1 + points) / 2

@@ -37,7 +37,8 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
     """
     check_resolved(spectrum, grid)
     # a long and narrow cell loses waves above its lowest mode too, in the Fourier cell of q = 0
-    lowest = max(2 * pi / max(grid.lengths), hypot(pi / grid.lengths[0], pi / grid.lengths[1]))
+    x, y = grid.lengths
+    lowest = max(2 * pi / max(x, y), hypot(pi / x, pi / y))
     q_min = spectrum.breaks[0]
     if q_min < lowest * (1 - 1e-9):
         warnings.warn(
@@ -207,7 +208,7 @@ def _distinct_polar_cells(
     y0 = np.maximum(ky - 0.5, 0) * steps[1]
     y1 = (ky + 0.5) * steps[1]
     copies = np.where(kx == 0, 2.0, 1.0) * np.where(ky == 0, 2.0, 1.0)
-    corners = [np.hypot(x0, y0), np.hypot(x1, y0), np.hypot(x0, y1), np.hypot(x1, y1)]
+    corners = [np.hypot(x, y) for y in (y0, y1) for x in (x0, x1)]
     inner = [np.clip(np.full(kx.shape, q), corners[0], corners[3]) for q in breaks]
     edges = np.sort(np.stack([*corners, *inner]), axis=0)
     nodes, weights = np.polynomial.legendre.leggauss(20)

@@ -41,14 +41,13 @@ class _Modes(NamedTuple):
     angle: Array
     power: Array
 
-    def chosen(self, which: Mask) -> "_Modes":
+    def chosen(self, which: Mask | slice) -> "_Modes":
         """Return some of them."""
         return _Modes(*(values[which] for values in self))
 
     def thinned(self, most: int) -> "_Modes":
         """Return every n-th of them, at most so many."""
-        step = slice(None, None, 1 + self.ln_q.size // most)
-        return _Modes(*(values[step] for values in self))
+        return self.chosen(slice(None, None, 1 + self.ln_q.size // most))
 
 
 def lays_of(power: Array, grid: Grid, q_max: float, least: float) -> tuple[Lay, list[Lay]]:
@@ -74,17 +73,20 @@ def lays_of(power: Array, grid: Grid, q_max: float, least: float) -> tuple[Lay, 
     q = q[once]
     power = power[once]
     # modes of straight grooves have no power but rounding
-    modes = _Modes(np.log(q), np.arctan2(qy[once], qx[once]), power / power.mean() + 1e-9)
+    angle = np.arctan2(qy[once], qx[once])
+    modes = _Modes(np.log(q), angle, power / power.mean() + 1e-9)
     order = np.argsort(q)
     held = np.cumsum(power[order])
-    last = max(int(np.searchsorted(held, _SHARE * held[-1])), min(2 * _LEAST_MODES, q.size) - 1)
+    enough = int(np.searchsorted(held, _SHARE * held[-1]))
+    last = max(enough, min(2 * _LEAST_MODES, q.size) - 1)
     high = q[order[last]]
     longest = modes.chosen(q <= high * (1 + 1e-9))
     tried = [log(g) * np.array([way.real, way.imag]) for g in _STRETCHES for way in _WAYS]
     few = longest.thinned(_FEW_MODES)
     begin = min(tried, key=lambda stretch: _loss(stretch, few))
     whole = _fitted(begin, longest, float(q.min()), float(high))
-    usual = log(whole.ratio) * np.array([np.cos(2.0 * whole.angle), np.sin(2.0 * whole.angle)])
+    turn = 2.0 * whole.angle
+    usual = log(whole.ratio) * np.array([np.cos(turn), np.sin(turn)])
     octaves = np.log2(q_max / q) + 1e-9
     index = octaves.astype(np.intp)
     count = np.bincount(index)
@@ -109,7 +111,8 @@ def _fitted(begin: Array, modes: _Modes, low: float, high: float) -> Lay:
     evidence = max(_loss(np.zeros(2), some) - float(best.fun), 0.0)
     evident = evidence > _EVIDENT and some.ln_q.size >= _LEAST_MODES
     ratio = min(exp(float(np.hypot(*best.x))), _STRAIGHTEST) if evident else 1.0
-    return Lay(ratio, 0.5 * float(np.arctan2(best.x[1], best.x[0])) % pi, low, high, evidence)
+    turn = float(np.arctan2(best.x[1], best.x[0]))
+    return Lay(ratio, 0.5 * turn % pi, low, high, evidence)
 
 
 def _loss(stretch: Array, modes: _Modes) -> float:
@@ -117,7 +120,8 @@ def _loss(stretch: Array, modes: _Modes) -> float:
     # |q′|² = q²(γ cos²(φ − θ) + sin²(φ − θ)/γ) = q²(cosh ln γ + sinh ln γ cos 2(φ − θ))
     size = min(float(np.hypot(*stretch)), log(_STRAIGHTEST))
     turned = 2.0 * modes.angle - np.arctan2(stretch[1], stretch[0])
-    ln_q = modes.ln_q + 0.5 * np.log(np.cosh(size) + np.sinh(size) * np.cos(turned))
+    squares = np.cosh(size) + np.sinh(size) * np.cos(turned)
+    ln_q = modes.ln_q + 0.5 * np.log(squares)
     # ln C at even steps of ln q′: the mean power about each, in which nearer modes weigh more
     at = (ln_q - ln_q.min()) / _WIDTH
     left = at.astype(np.intp)

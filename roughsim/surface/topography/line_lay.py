@@ -75,10 +75,12 @@ def _structure(line: Line) -> tuple[Array, Array]:
     """Return ln r, m, and ln D, m², which does not fall."""
     points = line.heights.size
     variance = float(np.var(line.heights))
-    lags = np.unique(np.rint(np.geomspace(1, points // _LONGEST, _LAGS)).astype(int))
+    places = np.geomspace(1, points // _LONGEST, _LAGS)
+    lags = np.unique(np.rint(places).astype(int))
     squares = [np.mean((line.heights[lag:] - line.heights[:-lag]) ** 2) for lag in lags]
     # up to half of its limit 2⟨h²⟩, where lags scatter
-    rising = np.minimum(np.maximum.accumulate(np.maximum(squares, 1e-300)), variance)
+    rising = np.maximum.accumulate(np.maximum(squares, 1e-300))
+    rising = np.minimum(rising, variance)
     last = 1 + int(np.argmax(rising))
     return np.log(lags[:last] * (line.length / points)), np.log(rising[:last])
 
@@ -93,8 +95,10 @@ def _fitted(lags: Array, angles: Array) -> tuple[float, float]:
         ln_f = np.log(cosh(size) - sinh(size) * np.cos(turned))
         return float(np.var(lags + 0.5 * ln_f))
 
-    starts = [log(3.0) * np.array([np.cos(a), np.sin(a)]) for a in np.arange(8) * (pi / 4)]
+    turns = np.arange(8) * (pi / 4)
+    starts = [log(3.0) * np.array([np.cos(turn), np.sin(turn)]) for turn in turns]
     options: Any = {"xatol": 1e-6, "fatol": 1e-14}
     found = [minimize(loss, start, method="Nelder-Mead", options=options) for start in starts]
     best = min(found, key=lambda one: float(one.fun)).x
-    return exp(float(np.hypot(*best))), float(np.arctan2(best[1], best[0])) / 2.0 % pi
+    turn = float(np.arctan2(best[1], best[0]))
+    return exp(float(np.hypot(*best))), turn / 2.0 % pi

@@ -243,9 +243,11 @@ def binned(
     exponent = -np.gradient(np.log(mean), np.log(centre))
     # the power law over the bin, 1 at its centre
     shape = (q / centre[which]) ** -exponent[which]
-    level = mean / (np.bincount(which, weight * shape) / count)
+    mean_shape = np.bincount(which, weight * shape) / count
+    level = mean / mean_shape
     # the modes of Gaussian heights scatter by as much as their mean, and q has the same as −q
-    scatter = np.bincount(which, weight * (values / (level[which] * shape) - 1.0) ** 2) / count
+    apart = values / (level[which] * shape) - 1.0
+    scatter = np.bincount(which, weight * apart**2) / count
     error = np.sqrt(2.0 * together * np.maximum(scatter, share) / count)
     variance = float((weight * values).sum()) * cell
     return BinnedSpectrum(
@@ -256,7 +258,8 @@ def binned(
 def _lowest_exponent(q: Array, psd: Array) -> float:
     """Return the exponent of the power law over the first rows, from 0 to 4."""
     first = slice(0, _FIRST_BINS)
-    return float(np.clip(-np.polyfit(np.log(q[first]), np.log(psd[first]), 1)[0], 0.0, 4.0))
+    slope, _ = np.polyfit(np.log(q[first]), np.log(psd[first]), 1)
+    return float(np.clip(-slope, 0.0, 4.0))
 
 
 def combined(maps: Sequence[BinnedSpectrum]) -> MeasuredSpectrum:
@@ -337,7 +340,8 @@ def _with_ends(
     """
     rows = np.flatnonzero(q < q_max * (1 - 1e-6)).tolist()
     lowest_slope = -_lowest_exponent(q, psd)
-    highest_slope = float(np.log(psd[-1] / psd[-2]) / np.log(q[-1] / q[-2]))
+    rise = np.log(psd[-1] / psd[-2])
+    highest_slope = float(rise / np.log(q[-1] / q[-2]))
     last = min(len(rows), q.size - 1)  # the row that the end is nearest to
     first = [0] if longest < 0.999 * q[0] else []
     source = np.array([*first, *rows, last])  # row of the error of each row of the result

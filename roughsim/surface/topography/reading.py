@@ -176,7 +176,9 @@ def read_scan(
     if size is not None and isinstance(scan, Topography):
         nx, ny = scan.grid.shape
         x, y = scan.grid.lengths
-        if abs(np.log(x * ny / (y * nx))) > 0.05 and abs(np.log(y * ny / (x * nx))) < 0.01:
+        oblong = abs(np.log(x * ny / (y * nx)))
+        exchanged = abs(np.log(y * ny / (x * nx)))
+        if oblong > 0.05 and exchanged < 0.01:
             notes.append(
                 "with the two sides of topography_size exchanged its pixels would be square; the first side is along "
                 "x, from line to line of a text"
