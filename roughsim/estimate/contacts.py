@@ -22,7 +22,7 @@ _PER_E_FOLD = 0.02
 _UNCERTAINTIES = (0.06, 0.24)
 # how much warmer all is, over the uncertainty, of quantiles by heat, by area, and in bins: contact that the law lacks
 # is cold. It has no heat, which shows once the form is better known
-_SHIFTS = (1.4, 1.4, 1.4)
+SHIFTS = (1.4, 1.4, 1.4)
 # uncertainty of fields corrected at rest, at any speed, and their shifts: set in view of 68 drawn contacts, these
 # 42 and 26 more. It is wide: 28 others have 99 % of the quantiles and all rates within
 WALKED = 0.16, (0.0, 2.0, 0.5)
@@ -48,7 +48,7 @@ class Contacts(NamedTuple):
         None  # of slides: growth of temperatures about T_flash up to the end of C(q)
     )
     form: Array | float | None = None  # relative uncertainty of drawn contacts by their form
-    shifts: tuple[float, float, float] = _SHIFTS
+    shifts: tuple[float, float, float] = SHIFTS
     sources: Mapping[str, str] = SOURCES  # the parts of an error, in words
 
     @property
@@ -94,7 +94,7 @@ def factor_of(sample: Sample, flash: Mean) -> Array:
 
 
 def _displaced(
-    sample: Sample, uncertainty: Array, shifts: tuple[float, float, float] = _SHIFTS
+    sample: Sample, uncertainty: Array, shifts: tuple[float, float, float] = SHIFTS
 ) -> Iterator[Sample]:
     """Yield samples as far from a given one as its form is uncertain, 95 %, with the same T_flash.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.asked import asked_of
-from roughsim.estimate.contacts import SETTLED, WALKED, Contacts, form_uncertainty
+from roughsim.estimate.contacts import SETTLED, SHIFTS, WALKED, Contacts, form_uncertainty
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.mean import Mean, exact, mean_of
@@ -116,11 +116,9 @@ def _frozen(scene: Scene, *, walk: bool = True) -> Contacts | None:
     flash = prediction.calibrated_over_speed(scene, speeds)[FLASH]
     band = prediction.calibrated(scene).errors[FLASH]
     end = float(scene.spectrum.breaks[-1])
-    of_law = by_law(flash, band)
-    if not fields.walked:
-        return drawn_frozen(fields, end, of_law, _uncertainty(scene), scene.speeds)
-    uncertainty, shifts = WALKED
-    return drawn_frozen(fields, end, of_law, uncertainty, scene.speeds)._replace(shifts=shifts)
+    uncertainty, shifts = WALKED if fields.walked else (_uncertainty(scene), SHIFTS)
+    drawn = drawn_frozen(fields, end, by_law(flash, band), uncertainty, scene.speeds)
+    return drawn._replace(shifts=shifts)
 
 
 def _uncertainty(scene: Scene) -> Array:

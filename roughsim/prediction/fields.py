@@ -307,7 +307,7 @@ def draw_slides(
         contacts = _along(
             path.offsets, sqrt(1 - moving_part) * still, sqrt(moving_part) * riding, ascending
         )
-        sampler = Sampler(grid, np.rint(distances / path.distance[1]).astype(int).tolist(), LAST)
+        sampler = Sampler(grid, path.steps_to(distances), LAST)
         for n, step in enumerate(walk(contacts, grid, path, motions)):
             if n > 0:
                 sampler.add(n, step)

@@ -10,20 +10,16 @@ _ANCHORS = 8  # positions with which the stress of later ones is correlated
 class StressCorrelation:
     """Correlation of the stress at points of the resting body with the stress at several earlier positions."""
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: Grid, positions: int) -> None:
         self.grid = grid
         self.every = 1
         self.taken = 0
         self.anchors: list[tuple[int, Complex]] = []
-        self.sums = np.zeros(16)
-        self.counts = np.zeros(16, np.intp)
+        self.sums = np.zeros(positions)
+        self.counts = np.zeros(positions, np.intp)
 
     def add(self, stress: Complex) -> None:
         """Take the stress of the next position."""
-        if self.taken == self.sums.size:
-            self.sums, self.counts = (
-                np.concatenate([part, np.zeros_like(part)]) for part in (self.sums, self.counts)
-            )
         if self.taken % self.every == 0:
             self.anchors.append((self.taken, stress))
         if len(self.anchors) > _ANCHORS:  # every other one: they stay spread over the whole way

@@ -56,7 +56,7 @@ def follow(
         direction=atan(slope(grid)) if directed else None,
         from_rest=directed,
     )
-    correlation = StressCorrelation(grid)
+    correlation = StressCorrelation(grid, path.steps + 1)
     spots = SpotLives()
     rows = []
     fractions = []

@@ -129,7 +129,7 @@ def solve_slide(problem: SlideProblem, *, snapshots: bool = False) -> Member:
         watchers: list[Watcher] = [projector]
         samples = None
         if problem.distribution:
-            samples = Sampler(grid, _ends(problem, path), LAST)
+            samples = Sampler(grid, path.steps_to(problem.distances), LAST)
             watchers.append(samples)
         history, numbers = _followed(problem, path, contacts_along, watchers)
         coarser = _coarser_means(problem.coarser) if problem.coarser else {}
@@ -162,24 +162,20 @@ def _followed(
 ) -> tuple[SlideHistory, dict[str, Array]]:
     """Slide; return the history, and the numbers to store, those of `_means_of` and of the picture of a camera."""
     grid = problem.cell
+    ends = path.steps_to(problem.distances)
     pictures = None
     if problem.shutter is not None:
-        pictures = Pictures(grid, path, _ends(problem, path), problem.shutter)
+        pictures = Pictures(grid, path, ends, problem.shutter)
         watchers = [*watchers, pictures]
     directed = problem.lay != 1.0
     history = follow(contacts_along, grid, path, problem.motions, watchers, directed=directed)
-    numbers = _means_of(history.curves, path, problem.distances)
+    numbers = _means_of(history.curves, ends)
     if pictures is not None:
         stress = StressSpectrum(
             uniform_nodes(grid).entries, history.spectrum, 0.5 * math.hypot(*grid.lengths)
         )
         numbers |= pictures.numbers(stress, history.contact, problem.sliding)
     return history, numbers
-
-
-def _ends(problem: SlideProblem, path: Path) -> list[int]:
-    """Return the last step at each speed."""
-    return np.rint(np.array(problem.distances) / path.distance[1]).astype(int).tolist()
 
 
 def _coarser_means(problem: SlideProblem) -> dict[str, Array]:
@@ -212,12 +208,10 @@ def _stream_of(seed: int, *key: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
-def _means_of(
-    curves: dict[str, Array], path: Path, distances: tuple[float, ...]
-) -> dict[str, Array]:
-    """Return the stored numbers: means over the last half of the distance that each speed slides, and T₀ at its end."""
-    steps = np.arange(1, path.steps + 1)
-    last = np.rint(np.array(distances) / path.distance[1])[:, None]
+def _means_of(curves: dict[str, Array], ends: list[int]) -> dict[str, Array]:
+    """Return the stored numbers: means over the last half of the steps at each speed, and T₀ at its end."""
+    steps = np.arange(1, curves["slid_distance"].size + 1)
+    last = np.array(ends)[:, None]
     late = (steps <= last) & (steps > LAST * last)
     names = {
         "sliding_flash_temperature": "flash_temperature",
@@ -225,7 +219,7 @@ def _means_of(
         "sliding_frozen_flash_temperature": "frozen_flash_temperature",
     }
     means = {stored: np.mean(curves[name], axis=1, where=late) for stored, name in names.items()}
-    end = np.take_along_axis(curves["background"], last.astype(np.intp) - 1, axis=1)[:, 0]
+    end = np.take_along_axis(curves["background"], last - 1, axis=1)[:, 0]
     return means | {"sliding_background": end}
 
 

@@ -4,7 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from roughsim.errors import ResolutionError
 from roughsim.grid import Grid
@@ -38,6 +38,11 @@ class Path(NamedTuple):
     def steps(self) -> int:
         """How many there are; positions are one more."""
         return self.distance.size - 1
+
+    def steps_to(self, distances: ArrayLike) -> list[int]:
+        """Return the steps nearest to slid distances, m; the last one for distances beyond it."""
+        within = np.minimum(distances, self.distance[-1])
+        return np.rint(within / self.distance[1]).astype(int).tolist()
 
 
 def coarser_grid(grid: Grid, q_max: float) -> Grid | None:

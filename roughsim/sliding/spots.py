@@ -45,29 +45,26 @@ class SpotLives:
         if self._labels is not None:
             heir = _successors(self._labels, self._spots.shape[1], labels, count)
             lives_on = heir >= 0
-            self._bury(~lives_on, middle)
+            ended = self._lives(~lives_on, middle)
+            self._ended.append(ended)
+            self._unseen += int((~lives_on).sum()) - ended.shape[1]
             spots[0, heir[lives_on]] = self._spots[0, lives_on]
             spots[1:, heir[lives_on]] += self._spots[1:, lives_on]
         self._labels = labels
         self._last = slid_distance
         self._spots = spots
 
-    def _bury(self, dead: NDArray[np.bool_], distance: float) -> None:
-        """Keep the lives of those that ended here and whose birth was seen."""
-        seen = dead & np.isfinite(self._spots[0])
-        self._ended.append(self._lives(seen, distance))
-        self._unseen += int(dead.sum() - seen.sum())
-
     def lives(self) -> Lives:
         """Return the lives that began and ended between the first and the latest position."""
         ended = np.concatenate([np.zeros((2, 0)), *self._ended], axis=1)
-        so_far = self._lives(np.isfinite(self._spots[0]), self._last)
+        so_far = self._lives(True, self._last)
         unfinished = self._unseen + self._spots.shape[1]
         return Lives(ended[0], ended[1], unfinished, so_far[0], so_far[1])
 
-    def _lives(self, which: NDArray[np.bool_], end: float) -> Array:
-        """Return how long some spots have lived at a slid distance, m, and their mean pixels, (2, spots)."""
-        born, pixels, positions = self._spots[:, which]
+    def _lives(self, which: NDArray[np.bool_] | bool, end: float) -> Array:
+        """Return how long spots whose birth was seen have lived at a slid distance, m, and their mean pixels."""
+        seen = which & np.isfinite(self._spots[0])
+        born, pixels, positions = self._spots[:, seen]
         return np.stack([end - born, pixels / positions])
 
 

@@ -73,9 +73,7 @@ def walk(
     `contacts` yields one contact at each position, the first included.
     """
     pairs: list[HeatedBodies | None] = []
-    last = [
-        round(min(motion.slid_distance, path.distance[-1]) / path.distance[1]) for motion in motions
-    ]
+    last = path.steps_to([motion.slid_distance for motion in motions])
     numbers = np.zeros((len(motions), len(NUMBERS)))
     for n, contact in enumerate(contacts):
         stress = fourier.forward(contact.pressure)

@@ -162,7 +162,7 @@ def test_the_stress_correlation_is_that_of_all_pairs_with_the_anchors():
     grid = Grid((8, 8), (1.0, 1.0))
     fields = np.random.default_rng(3).standard_normal((21, 8, 8))
     fields += 5.0 - fields.mean(axis=(1, 2), keepdims=True)  # all carry one load
-    correlation = StressCorrelation(grid)
+    correlation = StressCorrelation(grid, len(fields))
     for field in fields:
         correlation.add(np.fft.rfft2(field) / 64)
     # anchors 0, 4, 8 … are left of those that were taken on the way; each stands with all that came while it was there

@@ -79,8 +79,11 @@ def of_instrument(
         return None
     heights = [one for one in channels if one.is_height_channel]
     if not heights:
+        kinds = [
+            f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels
+        ]
         raise NoHeightsError(
-            f"holds no channel of heights, {_with_units(channels)}; save the heights"
+            f"holds no channel of heights, only {_first(kinds, 6)}; save the heights"
         )
     names = tuple(str(one.name) for one in heights)
     index = _default_index(first, heights) if channel is None else index_of_channel(names, channel)
@@ -132,12 +135,6 @@ def _is_current(channel: Any) -> bool:
     metadata = channel.info.get("raw_metadata") or {}
     fields = [value for key, value in metadata.items() if re.fullmatch(r"/\d+/data", str(key))]
     return any(_GWY_AMPERE in str(field) for field in fields)
-
-
-def _with_units(channels: Sequence[Any]) -> str:
-    """Return the names of channels that are no heights, with their units."""
-    few = [f"{str(one.name)[:30]!r} in {one.data_unit or one.data_kind.value}" for one in channels]
-    return f"only {_first(few, 6)}"
 
 
 def _first(texts: Sequence[str], most: int) -> str:
