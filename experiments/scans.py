@@ -21,7 +21,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.prediction.scans import scan_error
 from roughsim.scene.sections import SurfaceSection
-from roughsim.surface.topography import combined, levelled, map_spectrum
+from roughsim.surface.topography.measured import combined, levelled, map_spectrum
 
 Q_MIN, Q_MAX, WAVES = 6350.0, 3e5, 4  # rad/m; longest waves on a side of the whole surface
 KINDS = {

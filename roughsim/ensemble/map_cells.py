@@ -13,7 +13,6 @@ from roughsim.observables.moments import measure
 from roughsim.pipeline import Problem, Solution, solve_problem
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.show.text import note
-from roughsim.surface.topography import Topography
 from roughsim.surface.topography.periodic import (
     band_limited,
     gaussian_twin,
@@ -21,6 +20,7 @@ from roughsim.surface.topography.periodic import (
     overshoots,
     periodic_part,
 )
+from roughsim.surface.topography.reading import Topography
 
 # of the random phases of the surrogate; no level of a run has it
 _SURROGATE_STREAM = 2**32 - 1

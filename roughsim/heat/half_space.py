@@ -22,12 +22,16 @@ from numpy.typing import ArrayLike
 from roughsim.errors import need_computed, not_negative, real_field
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, need_grid
-from roughsim.heat.arguments import checked_duration, checked_flux, checked_times
+from roughsim.heat.arguments import (
+    checked_duration,
+    checked_flux,
+    checked_times,
+    need_resolved,
+)
 from roughsim.heat.body import Body
 from roughsim.heat.influence import PixelAxis, buried, one_sided_influence, temperature_at
 from roughsim.heat.layered_influence import layered_influence
 from roughsim.heat.periodic import fields_over_time, unit_vector
-from roughsim.heat.precision import need_resolved
 from roughsim.heat.skin import Layering, SkinLike
 
 Place = tuple[float, float]  # along x and y, in pixels from the centre of the first pixel

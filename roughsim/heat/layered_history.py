@@ -58,8 +58,7 @@ def layered_kernel(
 
     square = nodes[:, None] ** 2
     end = np.ones(1)
-    once = inverse(lambda p: _transform(square, p, spread, layers) / p, end)
-    twice = inverse(lambda p: _transform(square, p, spread, layers) / p**2, end)
+    once, twice = (_integral(order, square, spread, layers, end) for order in (1, 2))
     rates, fitted = _exponentials(pulse, steps, float(twice.max()))
     table = np.column_stack([twice, once - twice, fitted])
     of_wave = interpolated(table)
@@ -75,12 +74,17 @@ def layered_kernel(
 
 def uniform_rise(spread: float, layers: Layering) -> float:
     """Return κT/q̇ of a uniform flux since a time t, m; `spread` is D t, m²."""
-    return float(inverse(lambda p: _transform(0.0, p, spread, layers) / p, np.ones(1))[0])
+    return float(_integral(1, 0.0, spread, layers, np.ones(1))[0])
 
 
 def _transform(square: Any, p: Complex, spread: float, layers: Layering) -> Complex:
     """Return F, m, of waves with q², 1/m²; p is per step, `spread` is D Δt, m²."""
     return steady_response(square, 1j * p / spread, layers)
+
+
+def _integral(order: int, square: Any, spread: float, layers: Layering, time: Array) -> Array:
+    """Return the integral over time, or that of it for `order` 2, of the temperature by a pulse of heat."""
+    return inverse(lambda p: _transform(square, p, spread, layers) / p**order, time)
 
 
 def _exponentials(
@@ -114,12 +118,8 @@ def _exponentials(
 
 def _mean_weights(spread: float, layers: Layering, steps: int) -> tuple[Array, Array]:
     """Return ∫ K f du for f linear between whole steps: of f, m = 0 … `steps` before the end, and of f(0) after n."""
-
-    def integral(order: int, time: Array) -> Array:
-        return inverse(lambda p: _transform(0.0, p, spread, layers) / p**order, time)
-
     near = np.arange(1.0, min(_NEAR, steps) + 2)
-    once, twice = (np.append(0.0, integral(order, near)) for order in (1, 2))
+    once, twice = (np.append(0.0, _integral(order, 0.0, spread, layers, near)) for order in (1, 2))
     mean = np.append(twice[1], twice[2:] - 2 * twice[1:-1] + twice[:-2])
     first = np.append(0.0, once[1:-1] - np.diff(twice)[:-1])
     if steps > _NEAR:

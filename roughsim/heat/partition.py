@@ -18,10 +18,9 @@ from roughsim import fourier
 from roughsim.errors import ConvergenceError, need_computed
 from roughsim.fourier import convolution
 from roughsim.grid import Field, Grid, Mask, need_grid
-from roughsim.heat.arguments import checked_duration, checked_flux
+from roughsim.heat.arguments import checked_duration, checked_flux, need_resolved
 from roughsim.heat.body import Body
 from roughsim.heat.half_space import axes, influence_response, padded_shape
-from roughsim.heat.precision import need_resolved
 
 _TOLERANCE = 1e-8
 _RESTART = 40  # applications of the operator in a round of GMRES; 8 to 14 are usual

@@ -27,10 +27,9 @@ from roughsim import fourier
 from roughsim.errors import need_computed, not_negative, number, real_field, sized
 from roughsim.fourier import convolution
 from roughsim.grid import Array, Complex, Field, Grid, Index, need_grid
-from roughsim.heat.arguments import checked_times
+from roughsim.heat.arguments import checked_times, need_phases, need_resolved
 from roughsim.heat.body import Body
 from roughsim.heat.camera import Lens
-from roughsim.heat.precision import need_phases, need_resolved
 from roughsim.heat.skin import Layering, SkinLike, response_from_rest
 from roughsim.heat.waves import FORGOTTEN, response_of_waves
 

@@ -15,7 +15,7 @@ from roughsim.scene.faces import steeper
 from roughsim.scene.slips import STEEP
 from roughsim.show.remarks import Remark
 from roughsim.show.table import json_value
-from roughsim.surface.topography import Texture
+from roughsim.surface.topography.texture import Texture
 from theory.roots import root
 
 _ROOM = 293.0  # K, the background temperature where none is given

@@ -19,7 +19,7 @@ from roughsim.results.arrays import SHARE, Labelled, Stored, attributes_of
 from roughsim.results.columns import columns_of, heat_shares, is_ratio, meaning, results_of
 from roughsim.results.run import Run
 from roughsim.store.disk import place_bytes, seal
-from roughsim.surface import topography
+from roughsim.surface.topography import writing
 from roughsim.table import Estimate
 
 ENDINGS = (".h5", ".hdf5", ".nc")
@@ -82,15 +82,15 @@ def export_surface(run: Run, path: str | Path, realization: int = 0) -> Path:
     OSError, naming the path, if the disk refuses.
     """
     path = Path(path)
-    if path.suffix.lower() not in topography.ENDINGS:
+    if path.suffix.lower() not in writing.ENDINGS:
         raise ValueError(
-            f"path = {str(path)!r} of a surface must end in {' or '.join(topography.ENDINGS)}"
+            f"path = {str(path)!r} of a surface must end in {' or '.join(writing.ENDINGS)}"
         )
     level = run.numerics.picture(run.column(None))
     if realization not in run.kept(level):
         raise run.not_kept(level, realization)
     heights = run.field(level, realization, "heights")
-    content = topography.encoded(heights, run.grid(level), path.suffix.lower())
+    content = writing.encoded(heights, run.grid(level), path.suffix.lower())
     path.parent.mkdir(parents=True, exist_ok=True)
     place_bytes(path, content)
     return path

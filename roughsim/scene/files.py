@@ -19,7 +19,7 @@ from roughsim.show.remarks import warn_of
 from roughsim.show.text import plain
 
 if TYPE_CHECKING:
-    from roughsim.surface.topography import Profile, Topography
+    from roughsim.surface.topography.reading import Profile, Topography
 
 _MAX_BYTES = 64 * 1024
 _FEW_ROWS = 6  # of a table C(q) that a text for people shows

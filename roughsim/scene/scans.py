@@ -25,7 +25,7 @@ from roughsim.show.text import plain
 
 if TYPE_CHECKING:
     from roughsim.grid import Grid
-    from roughsim.surface.topography import Profile, Topography
+    from roughsim.surface.topography.reading import Profile, Topography
 
 _MOST_SCANS = 32  # of one face: their table with its errors still fits into a scene
 _UNEVEN = 0.05  # of the larger number of points: more would make pixels of one length oblong
@@ -110,7 +110,8 @@ def measured_psd(
 
     The scans are added to `found`, if it is given.
     """
-    from roughsim.surface.topography import Topography, bins_of_lines, combined
+    from roughsim.surface.topography.measured import combined
+    from roughsim.surface.topography.reading import Topography, bins_of_lines
 
     if len(paths) > _MOST_SCANS:
         raise SceneError(f"{len(paths)} scans are more than {_MOST_SCANS}; leave some out")
@@ -205,7 +206,7 @@ def psd_of_profile(name: str, section: Mapping[str, Any]) -> dict[str, Any]:
 
 def read_scans(paths: list[Path], section: Mapping[str, Any]) -> "Iterator[Topography | Profile]":
     """Yield the scans of one surface, with the size and the unit of a section if a file lacks them."""
-    from roughsim.surface.topography import Topography, read_scan
+    from roughsim.surface.topography.reading import Topography, read_scan
 
     options = _options(section)
     sizes: tuple[tuple[float, float] | None, ...] = options.topography_size or (None,)

@@ -302,7 +302,7 @@ class SurfaceSection(Record):
     psd_scans: tuple[Annotated[str, BeforeValidator(read_title)], ...] | None = None
     """What was read of each scan: its channel and units, in words."""
     psd_texture: PsdTexture | None = None
-    """A row for each map, see `roughsim.surface.topography.Texture`; None: unknown of a scan."""
+    """A row for each map, see `roughsim.surface.topography.texture.Texture`; None: unknown of a scan."""
     psd_directions: PsdDirections | None = None
     """Rows (q, M at even angles from 0 on, below π): C(q⃗) = C(q) M(q, φ) of a scan with a lay, φ the angle of q⃗."""
     psd_filled: Annotated[float, Quantity("", "0.1", ge=0, lt=1)] | None = None

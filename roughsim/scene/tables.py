@@ -17,7 +17,7 @@ from roughsim.scene.schema import (
     record,
 )
 from roughsim.surface.directions import Directions
-from roughsim.surface.topography import Texture
+from roughsim.surface.topography.texture import Texture
 
 _WAVENUMBER = Quantity("rad/m", "1e4", gt=0)
 _PSD = Quantity(

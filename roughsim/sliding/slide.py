@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from roughsim.contact import Contact, Solid, checked_load, need_solid
 from roughsim.errors import instance, number, positive, real_field, sized
 from roughsim.grid import Array, Grid, need_grid
+from roughsim.heat.arguments import need_resolved
 from roughsim.heat.body import Body
-from roughsim.heat.precision import need_resolved
 from roughsim.sliding.history import follow
 from roughsim.sliding.path import oblique_path
 from roughsim.sliding.stepping import Motion, contacts

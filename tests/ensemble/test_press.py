@@ -13,8 +13,9 @@ from stored_cases import member_path, split_members
 import roughsim as rs
 from roughsim.cli import main
 from roughsim.ensemble.map_cells import cell_of, quadrants
-from roughsim.surface.topography import Topography, encoded
 from roughsim.surface.topography.periodic import band_limited, mirrored
+from roughsim.surface.topography.reading import Topography
+from roughsim.surface.topography.writing import encoded
 
 
 @pytest.fixture(autouse=True)

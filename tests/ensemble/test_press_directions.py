@@ -19,7 +19,6 @@ from roughsim.errors import RecordError
 from roughsim.observables.directions import flash_temperature_along
 from roughsim.planning.realization import level_problem
 from roughsim.results.export import export_run
-from roughsim.surface.topography import encoded
 from roughsim.surface.topography.periodic import (
     band_limited,
     gaussian_twin,
@@ -27,6 +26,7 @@ from roughsim.surface.topography.periodic import (
     overshoots,
     periodic_part,
 )
+from roughsim.surface.topography.writing import encoded
 
 press_module = import_module("roughsim.ensemble.map_cells")
 SIDE = 0.5e-3

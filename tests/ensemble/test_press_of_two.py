@@ -9,7 +9,8 @@ from press_cases import GRID, drawn_map, write_scene
 
 import roughsim as rs
 from roughsim.results.folder import open_run
-from roughsim.surface.topography import Topography, levelled
+from roughsim.surface.topography.measured import levelled
+from roughsim.surface.topography.reading import Topography
 from roughsim.surface.topography.sums import sum_of_faces
 
 

@@ -13,7 +13,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.outputs.run_report import header
 from roughsim.show.remarks import Remark, of_several
-from roughsim.surface.topography import encoded
+from roughsim.surface.topography.writing import encoded
 
 STEEP, SOFT, SHARE = (
     "rms slope = 1.",

@@ -10,7 +10,7 @@ import roughsim as rs
 from roughsim import prediction
 from roughsim.prediction.scans import long_waves, scan_error, scan_of_hottest
 from roughsim.scene.sections import SurfaceSection
-from roughsim.surface.topography import combined, levelled, map_spectrum
+from roughsim.surface.topography.measured import combined, levelled, map_spectrum
 
 NAME = "flash_temperature"
 Q_MIN, SPEEDS = 6350.0, (0.001, 35.0)

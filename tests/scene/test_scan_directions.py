@@ -16,7 +16,7 @@ from roughsim.prediction.scans import _few_in_directions, scan_error
 from roughsim.scene import parse_scene
 from roughsim.scene.files import load_map
 from roughsim.surface.directions import Directions, with_lays
-from roughsim.surface.topography import encoded
+from roughsim.surface.topography.writing import encoded
 
 SIDE = 4e-4
 LAY = 0.5

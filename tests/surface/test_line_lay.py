@@ -9,8 +9,8 @@ from some_rows import some
 
 import roughsim as rs
 from roughsim.scene.scans import _with_lay
-from roughsim.surface.topography import Profile
 from roughsim.surface.topography.line_lay import Line, lay_of_lines, stretch
+from roughsim.surface.topography.reading import Profile
 
 COUNT, STEP = 4096, 2e-6
 

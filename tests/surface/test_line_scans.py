@@ -7,7 +7,7 @@ import pytest
 from scipy.special import gamma
 
 import roughsim as rs
-from roughsim.surface.topography import levelled, map_spectrum
+from roughsim.surface.topography.measured import levelled, map_spectrum
 from roughsim.surface.topography.profiles import line_modes, of_surface
 
 SIDE = 100e-6

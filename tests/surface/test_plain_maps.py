@@ -7,8 +7,8 @@ import pytest
 
 import roughsim as rs
 from roughsim.scene import SceneError, load_scene
-from roughsim.surface.topography import combined, levelled, map_spectrum, read_scan
-from roughsim.surface.topography.measured import binned
+from roughsim.surface.topography.measured import binned, combined, levelled, map_spectrum
+from roughsim.surface.topography.reading import read_scan
 
 SIDE = 100e-6
 GRID = rs.Grid((64, 48), (SIDE, 0.75 * SIDE))

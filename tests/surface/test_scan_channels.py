@@ -11,11 +11,12 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.prediction.statements import statements
 from roughsim.scene import parse_scene
-from roughsim.surface.topography import Profile, read_scan
+from roughsim.surface.topography.measured import levelled
+from roughsim.surface.topography.reading import Profile, read_scan
 
 SIZE = 20e-6
 HEIGHTS = np.random.default_rng(1).standard_normal((20, 24)) * 1e-7
-RMS = float(np.std(rs.surface.topography.levelled(HEIGHTS)))
+RMS = float(np.std(levelled(HEIGHTS)))
 BODY = """
 [body]
 youngs_modulus = "200 GPa"
@@ -266,9 +267,7 @@ def test_a_stylus_line_has_units_of_its_own(tmp_path):
     found, _ = quietly(tmp_path / "a.txt")
     assert isinstance(found, Profile)
     assert found.length == pytest.approx(100e-6)
-    assert np.std(found.heights) == pytest.approx(
-        1e-6 * np.std(rs.surface.topography.levelled(line))
-    )
+    assert np.std(found.heights) == pytest.approx(1e-6 * np.std(levelled(line)))
     np.savetxt(tmp_path / "b.txt", line, header="Height (nm)", comments="")
     assert np.std(quietly(tmp_path / "b.txt", size=(1e-4, 1e-4))[0].heights) < 2e-9
 
@@ -310,9 +309,7 @@ def test_hdf5_with_x_y_and_units_needs_no_keys(tmp_path):
         read_scan(save("d.h5", 1e9 * HEIGHTS, whole="mm", z="nm")),
     ):
         assert found.grid.lengths == pytest.approx((20e-6, 24e-6))
-        np.testing.assert_allclose(
-            found.heights, rs.surface.topography.levelled(HEIGHTS), atol=1e-15
-        )
+        np.testing.assert_allclose(found.heights, levelled(HEIGHTS), atol=1e-15)
     with pytest.raises(rs.RecordError, match="lacks its unit; give topography_unit"):
         read_scan(save("e.h5", HEIGHTS))
     with h5py.File(tmp_path / "c.h5", "r+") as file:
@@ -331,7 +328,7 @@ def test_a_tiff_of_floating_point_numbers_is_a_map(tmp_path, kind):
     ):
         read_scan(tmp_path / "a.tif")
     found, told = quietly(tmp_path / "a.tif", **given)
-    np.testing.assert_allclose(found.heights, rs.surface.topography.levelled(HEIGHTS), atol=1e-13)
+    np.testing.assert_allclose(found.heights, levelled(HEIGHTS), atol=1e-13)
     assert told == ""
     pages = np.stack([2e9 * HEIGHTS.T, 1e9 * HEIGHTS.T]).astype(kind)
     tifffile.imwrite(tmp_path / "b.tif", pages, photometric="minisblack")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import roughsim as rs
-from roughsim.surface.topography import combined, map_spectrum
+from roughsim.surface.topography.measured import combined, map_spectrum
 
 SIDE = 100e-6
 UNIT = 2 * math.pi / SIDE

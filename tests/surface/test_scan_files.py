@@ -12,7 +12,8 @@ from scipy.io import netcdf_file
 
 import roughsim as rs
 from roughsim.scene.scans import read_scans
-from roughsim.surface.topography import Profile, encoded, read_scan
+from roughsim.surface.topography.reading import Profile, read_scan
+from roughsim.surface.topography.writing import encoded
 
 SHAPE, SIZE = (40, 24), (80e-6, 48e-6)  # square pixels of 2 µm
 X, Y = (2.0 * np.arange(n) for n in SHAPE)  # µm

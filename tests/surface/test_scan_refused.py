@@ -12,7 +12,8 @@ from refused_cases import assert_refused
 import roughsim as rs
 from roughsim.results.export import export_surface
 from roughsim.scene import load_scene
-from roughsim.surface.topography import encoded, read_scan
+from roughsim.surface.topography.reading import read_scan
+from roughsim.surface.topography.writing import encoded
 
 SIDE = 1e-3
 GIVEN = {"size": (SIDE, SIDE), "unit": 1e-6}

@@ -9,7 +9,10 @@ import pytest
 from some_rows import some
 
 import roughsim as rs
-from roughsim.surface.topography import Texture, encoded, levelled, read_scan, texture_of
+from roughsim.surface.topography.measured import levelled
+from roughsim.surface.topography.reading import read_scan
+from roughsim.surface.topography.texture import Texture, texture_of
+from roughsim.surface.topography.writing import encoded
 
 SIDE = 1e-3
 

@@ -11,7 +11,9 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.results.export import export_surface
 from roughsim.scene import SceneError, load_scene
-from roughsim.surface.topography import combined, encoded, radial_average, read_scan
+from roughsim.surface.topography.measured import combined, radial_average
+from roughsim.surface.topography.reading import read_scan
+from roughsim.surface.topography.writing import encoded
 
 SIDE = 100e-6  # of the scans, m
 GRID = rs.Grid((128, 128), (SIDE, SIDE))

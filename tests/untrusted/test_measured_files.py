@@ -12,7 +12,7 @@ import pytest
 
 import roughsim as rs
 from roughsim.machine import available_memory
-from roughsim.surface.topography import read_scan
+from roughsim.surface.topography.reading import read_scan
 from roughsim.untrusted import check_measured_file
 
 

@@ -6,35 +6,3 @@ drawn from its C(q), `writing` files for other programs. Formats of instruments 
 extra `topography`, which also combines several scans. Its C(q) is 4π² larger than ours: it has ⟨h²⟩ = ∫ C d²q/(2π)², we
 have ⟨h²⟩ = ∫ C d²q (see `roughsim`).
 """
-
-from roughsim.surface.topography.measured import (
-    MeasuredSpectrum,
-    combined,
-    levelled,
-    map_spectrum,
-    radial_average,
-)
-from roughsim.surface.topography.reading import (
-    Profile,
-    Topography,
-    bins_of_lines,
-    read_scan,
-)
-from roughsim.surface.topography.texture import Texture, texture_of
-from roughsim.surface.topography.writing import ENDINGS, encoded
-
-__all__ = [
-    "ENDINGS",
-    "MeasuredSpectrum",
-    "Profile",
-    "Texture",
-    "Topography",
-    "bins_of_lines",
-    "combined",
-    "encoded",
-    "levelled",
-    "map_spectrum",
-    "radial_average",
-    "read_scan",
-    "texture_of",
-]
