@@ -17,8 +17,8 @@ import numpy as np
 from script import Command, Row, Rows, show_on_pages, write_evidence
 
 import roughsim as rs
-from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import HeatSource
+from roughsim.observables.temperatures import flash_temperature_along
 from theory import lay
 
 SCENE, SPEED, SHARE = "steel-1.2GPa", 35.0, 0.938

@@ -25,8 +25,8 @@ from scipy.special import erfinv
 from script import Command, Rows
 
 import roughsim as rs
-from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import HeatSource
+from roughsim.observables.temperatures import flash_temperature_along
 from theory import lay
 from theory.persson import pressure_correlation
 

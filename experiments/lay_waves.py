@@ -25,8 +25,8 @@ from scipy.special import erfinv
 from script import Command, Rows, write_evidence
 
 import roughsim as rs
-from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import HeatSource
+from roughsim.observables.temperatures import flash_temperature_along
 from roughsim.surface.directions import DirectedSpectrum, Directions, with_lays
 from theory import lay
 

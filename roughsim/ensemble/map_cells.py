@@ -8,8 +8,8 @@ import numpy as np
 
 from roughsim.ensemble.sources import DrawnSurfaces
 from roughsim.grid import Array, Grid
-from roughsim.observables.directions import flash_temperature_along
 from roughsim.observables.moments import measure
+from roughsim.observables.temperatures import flash_temperature_along
 from roughsim.pipeline import Problem, Solution, solve_problem
 from roughsim.results.pressed import DIRECTIONS, OVERSHOOT
 from roughsim.show.text import note

@@ -16,7 +16,7 @@ import roughsim as rs
 from roughsim.cli import main
 from roughsim.contact import Contact
 from roughsim.errors import RecordError
-from roughsim.observables.directions import flash_temperature_along
+from roughsim.observables.temperatures import flash_temperature_along
 from roughsim.planning.realization import level_problem
 from roughsim.results.export import export_run
 from roughsim.surface.topography.periodic import (

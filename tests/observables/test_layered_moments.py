@@ -7,7 +7,7 @@ import pytest
 from moments_cases import BODY, Pressed, patches, points
 
 from roughsim import Grid, HeatSource, Skin, measure, sliding_temperature
-from roughsim.observables.directions import flash_temperature_along
+from roughsim.observables.temperatures import flash_temperature_along
 
 OXIDE = Skin(3e-7, 3.0, 9e-7)
 GRID = Grid((16, 12), (4e-5, 3e-5))
