@@ -1,7 +1,5 @@
 """The distribution of the temperature over a contact: quantiles by heat and area, and bins, against exact cases."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy
@@ -131,7 +129,7 @@ def resting(pressure, grid):
     heat = rs.HeatSource([1e-150], friction_coefficient=0.1, **STEEL)
     flash = flash_of_field(pressure, grid, heat) if pressure.any() else np.ones(1)
     found = temperature_distribution(pressure, grid, heat, flash, SlideFromRest())
-    return replace(found, by_heat=found.by_heat / flash, by_area=found.by_area / flash)
+    return found._replace(by_heat=found.by_heat / flash, by_area=found.by_area / flash)
 
 
 def test_the_field_at_rest_of_a_hertz_contact_has_its_quantiles():
