@@ -16,7 +16,7 @@ from roughsim.results.run import Run
 from roughsim.show.text import note
 
 if TYPE_CHECKING:
-    from roughsim.surface.topography import Topography
+    from roughsim.surface.topography.reading import Topography
 
 _PIXELS = 4  # per shortest wave: twice the points of the map; with its own alone, worn summits make it 30 % too cold
 _SIDES = 1024, 2048  # points of a cheap grid, and of the largest one
