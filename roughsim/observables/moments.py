@@ -33,7 +33,6 @@ from roughsim.heat.periodic import MovingSource, moving, unit_vector
 from roughsim.heat.skin import Layering, SkinLike, checked_skin, direction_means
 from roughsim.observables.directed import sums_in_directions
 from roughsim.observables.stress_spectrum import (
-    Gathering,
     StressSpectrum,
     gathering,
     stress_spectrum,
@@ -317,10 +316,9 @@ def spectrum_and_sums(
 
     `amplitude` is the transform of the pressure, Pa. The sums are over all directions, or in those of the source.
     """
-    responses = _remembered(grid, tuple(sliding.rates), sliding.layers)
-    spectrum, unseen = stress_spectrum(amplitude, grid, responses.gathering)
+    spectrum, unseen = stress_spectrum(amplitude, grid, gathering(grid))
     if sliding.direction is None:
-        return spectrum, sums_over_directions(spectrum, unseen, responses)
+        return spectrum, sums_over_directions(spectrum, unseen, grid_responses(grid, sliding))
     return spectrum, sums_in_directions(amplitude, grid, sliding.sources(grid))
 
 
@@ -348,28 +346,23 @@ def angular_means(ratio: Array) -> tuple[Array, Array]:
 class GridResponses(NamedTuple):
     """`means_over_directions` at the wavenumbers of a grid, shapes (speeds, wavenumbers)."""
 
-    gathering: Gathering
     even: Array
     odd: Array
     odd_at_nyquist: Array  # at the waves without a derivative along an axis
 
 
-def grid_responses(
-    grid: Grid, rates: tuple[float, ...], layers: tuple[Layering | None, ...]
-) -> GridResponses:
-    """Return the responses at the wavenumbers of a grid for v/D = `rates`, 1/m, of either sign."""
-    gathered = gathering(grid)
-    pairs = list(zip(map(abs, rates), layers, strict=True))
+# 13 ms for each contact of 768² points, which a solve takes 140 ms for; the grids of a run come in turn
+@lru_cache(maxsize=8)
+def grid_responses(grid: Grid, sliding: HeatSource) -> GridResponses:
+    """Return the responses at the wavenumbers of a grid, at each speed of a source."""
+    nodes, waves = gathering(grid)
+    pairs = [(abs(body.speed / body.diffusivity), body.layers) for body in sliding.bodies]
 
     def means(q: Array) -> Array:
         return np.stack([means_over_directions(q, *pair) for pair in pairs], axis=1)
 
-    even, odd = means(gathered.nodes.entries)
-    return GridResponses(gathered, even, odd, means(gathered.waves.wavenumber)[1])
-
-
-# 13 ms for each contact of 768² points, which a solve takes 140 ms for; the grids of a run come in turn
-_remembered = lru_cache(maxsize=8)(grid_responses)
+    even, odd = means(nodes.entries)
+    return GridResponses(even, odd, means(waves.wavenumber)[1])
 
 
 def sums_over_directions(
