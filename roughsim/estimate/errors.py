@@ -118,7 +118,8 @@ def spread(values: Array) -> tuple[Array, Array]:
     shape = values.shape[1:]
     if n < 2:
         return np.full(shape, np.inf), np.zeros(shape)
-    return np.asarray(values.std(axis=0, ddof=1) / np.sqrt(n)), np.full(shape, n - 1.0)
+    error = np.asarray(values.std(axis=0, ddof=1) / np.sqrt(n))
+    return error, np.full(shape, n - 1.0)
 
 
 def widened(found: Estimate, rows: Array, unit: Array | float = 1.0) -> Estimate:
@@ -148,8 +149,8 @@ def spread_of(mean: Mean) -> tuple[Array, Array]:
         freedom = np.where(reciprocal > 0.0, variance**2 / reciprocal, most)
         error = np.sqrt(variance)
         error = np.where(error <= 1e-12 * np.abs(mean.value), 0.0, error)
-    freedom = np.where(np.isinf(error), 0.0, np.minimum(np.nan_to_num(freedom, nan=most), most))
-    return error, freedom
+    freedom = np.minimum(np.nan_to_num(freedom, nan=most), most)
+    return error, np.where(np.isinf(error), 0.0, freedom)
 
 
 def quantile(freedom: Array | float) -> Array:

@@ -166,8 +166,9 @@ def hottest_seen(scene: Scene) -> Estimate | None:
     rms = np.nan_to_num(law["seen_rms"])
     flash = np.nan_to_num(law[FLASH])
     mean = mean_of(0, drawn[-1]) * rms
+    last_step = drawn[-1].mean(axis=0) - drawn[0].mean(axis=0)
     errors = {
-        "bandwidth": rms * np.abs(drawn[-1].mean(axis=0) - drawn[0].mean(axis=0)),
+        "bandwidth": rms * np.abs(last_step),
         "form": _uncertainty(scene) * flash,
         "law": prediction.calibrated(scene).errors[FLASH] * mean.value,
     }

@@ -60,10 +60,13 @@ def by_shape(levels: list[LevelMean], theory: Array, least: float = 0.0) -> Mean
         rest = _by_steps(levels, theory)
         share = max(least, _OF_STEPS, 0.5 ** (len(levels) - 1))
         error = np.maximum(np.abs(rest.value - alike.value), share * np.abs(rest.value))
+    top = levels[-1].mean.value
     with np.errstate(invalid="ignore"):  # infinite at rest
-        error = np.where(levels[-1].mean.value == 0.0, np.abs(theory[-1] - theory[-2]), error)
-    tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(levels[-1].mean.value)
-    way = "with the shape of the theory" if np.any(tried & (rest.value != 0.0)) else ""
+        rise = np.abs(theory[-1] - theory[-2])
+        error = np.where(top == 0.0, rise, error)
+    tried = np.abs(rest.value) <= _MOST_BY_STEPS * np.abs(top)
+    has_rest = np.any(tried & (rest.value != 0.0))
+    way = "with the shape of the theory" if has_rest else ""
     rest = rest.where(tried, exact(np.zeros_like(rest.value)))
     return replace(rest, errors={"bandwidth": np.where(tried, error, np.nan)}, way=way)
 
@@ -119,7 +122,8 @@ def by_bound(levels: list[LevelMean], end: float, bound: float) -> Mean:
     0. The error is by an exponent that is `_USUAL_SCATTER` off.
     """
     low, high = (level.mean - bound for level in levels[-2:])
-    exponent, _ = _exponent(low / high, levels[-1].q_max / levels[-2].q_max, 1.0, -np.inf)
+    step = levels[-1].q_max / levels[-2].q_max
+    exponent, _ = _exponent(low / high, step, 1.0, -np.inf)
     exponent = np.maximum(exponent, 0.0)
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
     left, slower, faster = (levels[-1].q_max / end) ** off

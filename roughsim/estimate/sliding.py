@@ -194,7 +194,8 @@ def stretch_of(flash: Mean, hot: Mean, lowest: Sample) -> Array:
 
     `flash` and `hot` are T_flash and the quantile `HOT` at the end of C(q).
     """
-    drawn = lowest.numbers[HOT].mean(axis=0) / lowest.numbers[FLASH].mean(axis=0) - 1.0
+    numbers = lowest.numbers
+    drawn = numbers[HOT].mean(axis=0) / numbers[FLASH].mean(axis=0) - 1.0
     with np.errstate(all="ignore"):  # of a uniform temperature
         growth = (hot.value / flash.value - 1.0) / drawn
     return np.where((drawn > _UNIFORM) & np.isfinite(growth), growth, 1.0)

@@ -81,24 +81,24 @@ class PixelAxis:
         """First and last offset, in pixels, that heat of the age low < u < high can be over."""
         shifts = (-self.drift * low**2, -self.drift * high**2)
         reach = self.size + _REACH * high
-        last = self.count - 1
-        first = math.ceil(max((min(shifts) - reach) / self.size, -float(last)))
-        return first, math.floor(min((max(shifts) + reach) / self.size, float(last)))
+        end = float(self.count - 1)
+        first = max((min(shifts) - reach) / self.size, -end)
+        last = min((max(shifts) + reach) / self.size, end)
+        return math.ceil(first), math.floor(last)
 
     def share(self, offsets: Array, u: Array) -> Array:
         """E(x, a): share of a pixel's heat over the point, or over the pixel, at each offset; shape (offsets, u)."""
         if self.averaged:
-            edges = (
-                np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))[:, None] * self.size
-            )
-            scaled = (edges + self.drift * u**2) / (2 * u)
-            tail = np.exp(-(scaled**2)) / math.sqrt(math.pi)
-            integral = scaled * scipy.special.erf(scaled) + tail
-            return np.diff(integral, 2, axis=0) * (u / self.size)
-        sides = np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift
+            sides = np.concatenate((offsets[:1] - 1, offsets, offsets[-1:] + 1))
+        else:
+            sides = np.append(offsets - 0.5, offsets[-1] + 0.5) + self.shift
         edges = sides[:, None] * self.size
         scaled = (edges + self.drift * u**2) / (2 * u)
         risen = scipy.special.erf(scaled)
+        if self.averaged:
+            tail = np.exp(-(scaled**2)) / math.sqrt(math.pi)
+            integral = scaled * risen + tail
+            return np.diff(integral, 2, axis=0) * (u / self.size)
         return (risen[1:] - risen[:-1]) / 2
 
 
@@ -208,7 +208,8 @@ def _panels(
 ) -> Iterator[tuple[float, float]]:
     """Panels in u: each grows by a factor at most, and none is wider than the passage of an edge of a pixel in it."""
     spread = max(x.extent, y.extent, fading.last)  # the heat is over the box by then
-    last = min(end, x.end, y.end, spread * (1.0 if x.drift == y.drift == 0.0 else _FAR))
+    at_rest = x.drift == y.drift == 0.0
+    last = min(end, x.end, y.end, spread * (1.0 if at_rest else _FAR))
     low = min(fading.nothing or min(x.start, y.start, fading.first), last)
     if low > fading.nothing:
         yield 0.0, low
@@ -233,12 +234,14 @@ def _oldest_heat(x: PixelAxis, y: PixelAxis, fading: Fading, end: float) -> floa
         return math.exp(-(x**2)) / u - p * math.sqrt(math.pi) / 2 * math.erfc(x)
 
     faded = float(fading.factor(np.array([start]))[0])
-    return float(faded * x.size * y.size / (2 * math.pi**1.5) * (older(start) - older(end)))
+    strength = faded * x.size * y.size / (2 * math.pi**1.5)
+    return float(strength * (older(start) - older(end)))
 
 
 def _slants(axis: PixelAxis, before: int) -> Array:
     """e^(−p·x/2) at the offsets −before … n − 1."""
-    return np.exp(-axis.drift * axis.size / 2 * (np.arange(-before, axis.count) + axis.shift))
+    places = np.arange(-before, axis.count) + axis.shift
+    return np.exp(-axis.drift * axis.size / 2 * places)
 
 
 def _passages(axis: PixelAxis) -> Callable[[float], float]:

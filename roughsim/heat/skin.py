@@ -207,9 +207,8 @@ def direction_means(wavenumber: Array, rate: float, layers: Layering) -> tuple[A
     if count >= wavenumber.size:
         return _quarter_turn(wavenumber, rate, layers)
     points = np.polynomial.chebyshev.chebpts1(count)
-    means = np.stack(
-        _quarter_turn(np.exp(low + 0.5 * (high - low) * (1 + points)), rate, layers), axis=1
-    )
+    nodes = np.exp(low + 0.5 * (high - low) * (1 + points))
+    means = np.stack(_quarter_turn(nodes, rate, layers), axis=1)
     coefficients = np.polynomial.chebyshev.chebfit(points, means, count - 1)
     place = 2 * (np.log(wavenumber) - low) / (high - low) - 1
     even, odd = np.polynomial.chebyshev.chebval(place, coefficients)

@@ -80,7 +80,8 @@ def _remembered(wavenumbers: bytes, source: MovingSource, distance: float) -> Ar
         part = q[start : start + _BLOCK]
         low = float(part.min())
         high = float(part.max())
-        few = min([1.0, low / rate, *(1 / (high * one) for one in lengths if 0 < one < math.inf)])
+        turns = [1 / (high * one) for one in lengths if 0 < one < math.inf]
+        few = min([1.0, low / rate, *turns])
         narrow = 1.0
         if lens is not None and lens.behind is not None:
             age = lens.behind + min(lens.contact_length, 1.0)

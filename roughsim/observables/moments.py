@@ -380,8 +380,9 @@ def sums_over_directions(
             result = result + np.vecdot(response[:, piece], weight[piece])
         return result
 
+    flash = total(responses.even, w / q)
     gradient = total(responses.odd_at_nyquist, unseen) - total(responses.odd, w)
-    return np.stack((total(responses.even, w / q), gradient, total(responses.even, w * q)))
+    return np.stack((flash, gradient, total(responses.even, w * q)))
 
 
 def means_over_directions(q: Array, rate: float, layers: Layering | None) -> tuple[Array, Array]:

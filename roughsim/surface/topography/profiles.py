@@ -83,15 +83,17 @@ def of_surface(k: Array, along: Array, *, together: float = 1.0, lines: int = 1)
     pools = [slice(i, j) for i, j in _not_rising(variances / areas, areas)]
     # within a pool C follows the power laws between the pools, and keeps the variance of the pool
     centre = np.sqrt(np.append(k[0], ends[1:-1]) * ends[1:])
+    ln_centre = np.log(centre)
     means = [float(variances[pool].sum() / areas[pool].sum()) for pool in pools]
-    places = [float(areas[pool] @ np.log(centre[pool]) / areas[pool].sum()) for pool in pools]
-    psd = np.exp(np.interp(np.log(centre), places, np.log(means)))
+    places = [float(areas[pool] @ ln_centre[pool] / areas[pool].sum()) for pool in pools]
+    psd = np.exp(np.interp(ln_centre, places, np.log(means)))
     error = np.empty(index.size)
     for pool, mean in zip(pools, means, strict=True):
         psd[pool] *= mean / float(areas[pool] @ psd[pool] / areas[pool].sum())
         # pooled rows scatter together: with √n of the error their sum of squares is at least the square of the sum
-        error[pool] = np.sqrt(pool.stop - pool.start) * scatter(pool) / float(variances[pool].sum())
-    exponent = -np.gradient(np.log(psd), np.log(centre))
+        together_error = np.sqrt(pool.stop - pool.start) * scatter(pool)
+        error[pool] = together_error / float(variances[pool].sum())
+    exponent = -np.gradient(np.log(psd), ln_centre)
     # as long as the variance of all waves down from a length is unknown, it may come from some of them alone
     few = (slice(0, j) for j in range(1, index.size))
     known = next(
