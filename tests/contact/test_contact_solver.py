@@ -4,7 +4,6 @@ import multiprocessing
 import signal
 import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -382,7 +381,7 @@ def test_a_gradient_step_in_several_blocks_is_the_step_in_one():
     found = []
     for ends in ((0, 4096), (0, 1024, 4096)):
         now = started(problem, begin)
-        now.work = replace(now.work, blocks=list(pairwise(ends)))
+        now.work = now.work._replace(blocks=list(pairwise(ends)))
         length = solve.descend(now, now.check(1e-6, 0.5))
         assert length.best > 0.0
         found.append(now.pressure.copy())
