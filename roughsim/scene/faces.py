@@ -13,7 +13,7 @@ from roughsim.scene.tables import PSD_SCALES, directions_of
 from roughsim.surface.directions import DirectedSpectrum, with_lays
 from roughsim.surface.power_laws import SelfAffineSpectrum, TabulatedSpectrum
 from roughsim.surface.spectrum import Face, SumSpectrum, TruncatedSpectrum
-from roughsim.surface.topography import Texture
+from roughsim.surface.topography.texture import Texture
 
 _DIRECTIONS = (0.0, math.pi / 4, math.pi / 2)  # of a face with a lay, if the scene gives none
 
