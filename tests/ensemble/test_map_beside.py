@@ -16,7 +16,6 @@ SCANS = import_module("roughsim.prediction.scans")
 BESIDE = import_module("roughsim.ensemble.map_beside")
 POINTS, SIDE, SPEEDS = 48, 0.4e-3, (0.1, 30.0)
 KAPPA, DIFFUSIVITY, FRICTION = 30.0, 30.0 / 7900 / 500, 0.11
-GRID = rs.Grid((POINTS, POINTS), (SIDE, SIDE))
 HARDNESS, PRESSURE = 1.5e9, 8e7
 SOLID = rs.Solid(2e11 / (1 - 0.3**2), HARDNESS)
 LEVELS = [
@@ -55,10 +54,12 @@ def _no_scan_error(request, monkeypatch):
 
 
 def drawn(seed):
+    """Return a Gaussian map: a part of a larger one, with steps at its edges."""
     spectrum = rs.SelfAffineSpectrum.from_rms_height(
-        6e-7, hurst=0.8, q_min=2 * np.pi / SIDE, q_roll_off=8e4, q_max=3.5e5
+        6e-7, hurst=0.8, q_min=np.pi / SIDE, q_roll_off=8e4, q_max=3.5e5
     )
-    return rs.synthesize(spectrum, GRID, np.random.default_rng(seed))
+    whole = rs.Grid((2 * POINTS, 2 * POINTS), (2 * SIDE, 2 * SIDE))
+    return rs.synthesize(spectrum, whole, np.random.default_rng(seed))[:POINTS, :POINTS]
 
 
 def worn(seed):
@@ -137,6 +138,17 @@ def test_map_ratio_stands_beside_results(tmp_path, capsys):
         main(["compare", str(run.folder), "--all"])
     assert "map_over_gaussian_twin" in capsys.readouterr().out
     assert "times T_flash of drawn surfaces" in rs.report(run).read_text()
+
+
+def test_error_is_of_one_more_twin(tmp_path, monkeypatch):
+    ratios = np.array([[0.5, 0.9], [0.45, 1.1], [0.55, 1.0], [0.6, 1.2]])
+    monkeypatch.setattr(BESIDE, "over_twins", lambda *_: ratios)
+    found = run_of(tmp_path, worn(1)).map_ratio
+    twins = 1 / ratios  # T_flash over that of the map
+    mean = twins.mean(axis=0)
+    spread = np.sqrt(((twins - mean) ** 2).sum(axis=0) / 3 * (1 + 1 / 4))
+    np.testing.assert_allclose(found.ratio, 1 / mean)
+    np.testing.assert_allclose(found.error, 3.182446 * spread / mean**2, rtol=1e-6)
 
 
 def test_gaussian_map_is_as_hot_as_drawn(tmp_path):
