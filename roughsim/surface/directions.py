@@ -82,15 +82,18 @@ class Directions:
 
 @dataclass(frozen=True, slots=True)
 class Lays:
-    """M(q, φ) of the sum of surfaces with a lay each, whose cells are stretched by √γ along it and shrunk across it."""
+    """C(q⃗) of the sum of surfaces with a lay each, whose cells are stretched by √γ along it and shrunk across it."""
 
     terms: tuple[tuple[Face, float, float], ...]  # C(q′), m⁴, γ, and angle of the lay, radians
     mean: TabulatedSpectrum  # C(q), m⁴, the mean over directions
 
-    def __call__(self, q: ArrayLike, angle: ArrayLike) -> Array:
-        """Return M at wavenumbers, rad/m, and angles, radians."""
-        mean = self.mean(q)
-        return np.where(mean > 0.0, of_lays(self.terms, q, angle) / np.where(mean > 0, mean, 1), 0)
+    def __call__(self, q: ArrayLike) -> Any:
+        """Return the mean C(q), m⁴, at wavenumbers, rad/m."""
+        return self.mean(q)
+
+    def at(self, q: ArrayLike, angle: ArrayLike) -> Array:
+        """Return C(q⃗), m⁴, at wavenumbers, rad/m, and angles, radians."""
+        return of_lays(self.terms, q, angle)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +101,7 @@ class DirectedSpectrum(Face):
     """C(q⃗) = C(q) M(q, φ): called with q alone it is C(q), the mean over directions."""
 
     whole: Face
-    factor: "Directions | Lays | DirectionsOf"
+    factor: "Directions | DirectionsOf"
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -182,7 +185,7 @@ def with_lays(terms: Sequence[tuple[Face, float, float]]) -> DirectedSpectrum:
     inside = mean > 0.0  # at the ends a narrow range of angles may lie between the angles
     table = TabulatedSpectrum(q[inside], mean[inside])
     table = table.scaled(sum(face.moment(0) for face, *_ in terms) / table.moment(0))
-    return DirectedSpectrum(table, Lays(tuple(terms), table))
+    return DirectedSpectrum(table, DirectionsOf(Lays(tuple(terms), table)))
 
 
 def measured_directions(power: Array, grid: Grid, q_max: float) -> Directions:

@@ -122,19 +122,20 @@ def test_full_contact_of_scan_sums_its_modes(monkeypatch):
     assert np.isnan(summed["heat_partition"]).all()
 
 
-@pytest.mark.parametrize("hardness", ["", "penetration_hardness = 5e4\n"])
+@pytest.mark.parametrize("hardness", ["", "penetration_hardness = 2e3\n"])
 def test_modes_of_scan_approach_the_integral(hardness):
     # light contact: W falls in the frame of the slopes
-    text = FULL.replace('"2 MPa"', '"20 kPa"').replace("[0, 0.001, 1, 35]", "[0.1, 35]")
+    text = FULL.replace('"2 MPa"', '"200 Pa"').replace("[0, 0.001, 1, 35]", "[0.1, 35]")
     text = text.replace("conductivity = 30\n", hardness + "conductivity = 30\n")
     text = text[: text.index("levels")] if hardness else text
     scene = scanned(text)
     spectrum = prediction.smoothed_spectrum(scene)
     grid = rs.Grid((520, 520), (1.6e-2, 1.6e-2))
     summed, integral = prediction.mode_sums(scene, spectrum, grid), prediction.predictions(scene)
-    for name in ("flash_temperature", "flash_gradient", "flash_laplacian"):
-        # rows of the frame round off the sharp end of C(q): with four times as many it is 1e-3
-        np.testing.assert_allclose(summed[name], integral[name], rtol=2e-2, err_msg=name)
+    # rows of the frame round off the sharp end of C(q): with four times as many it is 1e-3
+    limits = {"flash_temperature": 4e-3, "flash_gradient": 8e-3, "flash_laplacian": 2e-2}
+    for name, limit in limits.items():
+        np.testing.assert_allclose(summed[name], integral[name], rtol=limit, err_msg=name)
 
 
 def test_theory_of_full_contact_has_its_slopes():
