@@ -122,7 +122,9 @@ def test_full_contact_of_scan_sums_its_modes(monkeypatch):
     assert np.isnan(summed["heat_partition"]).all()
 
 
-@pytest.mark.parametrize("hardness", ["", "penetration_hardness = 2e3\n"])
+@pytest.mark.parametrize(
+    "hardness", ["", pytest.param("penetration_hardness = 2e3\n", marks=pytest.mark.slow)]
+)
 def test_modes_of_scan_approach_the_integral(hardness):
     # light contact: W falls in the frame of the slopes
     text = FULL.replace('"2 MPa"', '"200 Pa"').replace("[0, 0.001, 1, 35]", "[0.1, 35]")
