@@ -11,11 +11,9 @@ from roughsim.prediction.bodies import (
     background,
     conduction,
     friction_coefficient,
-    headings_of_fields,
     heat_partition,
     heat_per_pressure,
     heat_source,
-    smoothed_spectrum,
     turned,
 )
 from roughsim.prediction.camera import (
@@ -43,6 +41,7 @@ from roughsim.prediction.sliding import (
     sliding_error,
     sliding_prediction,
 )
+from roughsim.prediction.stress import headings_of_fields, smoothed_spectrum
 from roughsim.prediction.theories import (
     calibrated_correlation,
     calibrated_over_speed,

@@ -7,7 +7,7 @@ from math import inf
 from types import MappingProxyType
 
 import theory
-from roughsim.prediction.bodies import load_arguments, modulus_of, pressure_arguments
+from roughsim.prediction.stress import load_arguments, modulus_of, pressure_arguments
 from roughsim.scene import Scene
 
 _NEVER = 1e-6  # share of the theory's contact: if less yields, the hardness changes no number

@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 
 from roughsim.prediction.areas import area_fractions
-from roughsim.prediction.bodies import smoothed_spectrum
+from roughsim.prediction.stress import smoothed_spectrum
 from roughsim.scene import Scene
 
 

@@ -9,12 +9,8 @@ import scipy
 
 from roughsim.grid import Array
 from roughsim.observables.record import Sample
-from roughsim.prediction.bodies import (
-    conduction,
-    friction_coefficient,
-    thermal_bodies,
-    warming_lengths,
-)
+from roughsim.prediction.bodies import conduction, friction_coefficient
+from roughsim.prediction.shares import thermal_bodies, warming_lengths
 from roughsim.scene import Scene
 from roughsim.scene.bodies import Conduction, Layers
 from theory.skin import surface_response

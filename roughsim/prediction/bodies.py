@@ -8,90 +8,35 @@ simulation: it does not disturb their ratio.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
-from math import inf, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from math import inf
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.lay import StressOfTheory, in_directions
+from roughsim.prediction.law import calibrated
+from roughsim.prediction.lay import in_directions
+from roughsim.prediction.shares import AT_REST, FLASH, heat_arguments, share_of, warming_lengths
+from roughsim.prediction.stress import (
+    headings_at,
+    smoothed_spectrum,
+    stress_arguments,
+    stress_of_lay,
+)
 from roughsim.scene import Scene, SceneError
 from roughsim.scene.bodies import Conduction
-from roughsim.scene.faces import steeper
 from roughsim.surface.spectrum import Spectrum
 from theory.lay import LayStress
-from theory.lay_waves import Weighted
 from theory.roots import root
-from theory.skin import ThermalBody, body_of
-from theory.slope_frame import slope_frame
 
 if TYPE_CHECKING:  # slow to import
     from roughsim.observables.moments import HeatSource
 
-_FLASH = "flash_temperature"
 _STEPS = 64  # from the background to the end of the tables, in which the temperature of the contact is looked for
-AT_REST = 1e-150  # m/s, in place of zero: at rest D_flash and the heat share are limits of ratios of moments
-
-
-def modulus_of(scene: Scene) -> float:
-    """Return E* of the isotropic contact in theory that a lay stretches, Pa: in proportion to the rms slope."""
-    return scene.effective_modulus * steeper(scene.lay)
-
-
-def load_arguments(scene: Scene) -> dict[str, float]:
-    """Return E* and σ₀ as arguments of the theory."""
-    return {
-        "effective_modulus": modulus_of(scene),
-        "nominal_pressure": scene.sliding.nominal_pressure,
-    }
-
-
-def pressure_arguments(scene: Scene) -> dict[str, float]:
-    """Return E*, σ₀ and σ_P as arguments of the theory."""
-    return load_arguments(scene) | {"penetration_hardness": scene.penetration_hardness}
-
-
-def law_arguments(scene: Scene) -> dict[str, Any]:
-    """Return E*, σ₀ and σ_P, None of elastic contact, as arguments of the calibrated law."""
-    hardness = None if scene.elastic else scene.penetration_hardness
-    modulus = {"effective_modulus": scene.effective_modulus}  # the law finds what a lay makes of it
-    return load_arguments(scene) | modulus | {"penetration_hardness": hardness}
-
-
-def stress_arguments(scene: Scene) -> dict[str, Any]:
-    """Return E*, σ₀ and γ as arguments of the theory."""
-    return load_arguments(scene) | {"gamma": scene.theory.gamma}
-
-
-def heat_arguments(friction_coefficient: float, bodies: Conduction) -> dict[str, float]:
-    """Return μ, κ and D of the moving body as arguments of the theory."""
-    return {
-        "friction_coefficient": friction_coefficient,
-        "conductivity": bodies.conductivity,
-        "diffusivity": bodies.diffusivity,
-    }
-
-
-def layer_arguments(bodies: Conduction) -> dict[str, Any]:
-    """Return the skin and the depth of the heat of the moving body as arguments of the theory."""
-    return bodies.layers._asdict()
-
-
-@lru_cache(maxsize=64)  # .01 s for each number of the theory of contact that yields
-def smoothed_spectrum(scene: Scene) -> Spectrum:
-    """Return C_sm of a capped scene (Eq. 27), or C(q) itself of an elastic one: a callable with `breaks`."""
-    if scene.elastic:
-        return scene.spectrum
-    smoothed: Spectrum = theory.plasticity.smoothed_spectrum(
-        scene.spectrum, **pressure_arguments(scene)
-    )
-    return smoothed
 
 
 class Heating(NamedTuple):
@@ -257,27 +202,18 @@ def _contact_with(scene: Scene, speed: float, temperature: float) -> tuple[Heati
 def _rises(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
     """Return T₀(t) of the moving body and s T_flash, K, with μ = 1: both are in proportion to it."""
     unit, spectrum = Heating(1.0, bodies), smoothed_spectrum(scene)
-    law = _law_of_lay(scene) if scene.directions else None
+    law = calibrated(scene).stress if scene.directions else None
     rule, speeds = scene.sliding.heat_partition, np.array([speed])
     share = float(share_of(scene, rule, speeds, spectrum, bodies, law)[0])
-    heat = heat_arguments(*unit) | layer_arguments(bodies)
+    heat = heat_arguments(*unit)
     if scene.directions:
         heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
         at, stress = headings_at(scene, speeds), stress_of_lay(scene, spectrum, law)
-        (flash,) = in_directions((_FLASH,), speeds, at, stress, **heat)[_FLASH].tolist()
+        (flash,) = in_directions((FLASH,), speeds, at, stress, **heat)[FLASH].tolist()
     else:
         load = stress_arguments(scene)
         flash = float(theory.flash.flash_temperature(speed, spectrum, **load, **heat))
     return share * _warming(scene, speed, unit), share * flash
-
-
-@lru_cache(maxsize=64)  # .1 s for each temperature that is tried
-def _law_of_lay(scene: Scene) -> LayStress | None:
-    """Return the stress of faces with a lay by the calibrated law; None outside its range."""
-    try:
-        return theory.lay.stress_of_lay(scene.spectrum, scene.lay, **law_arguments(scene))
-    except ValueError:
-        return None
 
 
 def _warming(scene: Scene, speed: float, constants: Heating) -> float:
@@ -296,53 +232,6 @@ def background(scene: Scene) -> Array:
     """
     pairs = zip(scene.speeds, _heatings(scene), strict=True)
     return np.array([_warming(scene, speed, constants) for speed, constants in pairs])
-
-
-def thermal_bodies(bodies: Conduction) -> tuple[ThermalBody, ThermalBody | None]:
-    """Return the moving and the resting body as the theory has them; None of one that does not conduct."""
-    moving = body_of(bodies.conductivity, bodies.diffusivity, *bodies.layers)
-    if bodies.counter_conductivity is None:
-        return moving, None
-    return moving, body_of(
-        bodies.counter_conductivity, bodies.counter_diffusivity, *bodies.counter_layers
-    )
-
-
-def warming_lengths(scene: Scene, speed: float, bodies: Conduction) -> tuple[float, float]:
-    """Return κT₀/q̇ of the moving and of the resting body, m, as `theory.background.heat_length`.
-
-    Of the resting body under the rule "total", which alone needs it, else 0. SceneError if a skin or a depth of the
-    heat has not warmed through.
-    """
-    sliding = scene.sliding
-    nominal = theory.background.nominal_contact(
-        sliding.duration, sliding.contact_radius, sliding.track_radius
-    )
-    moving, resting = thermal_bodies(bodies)
-    with _in_words_of(scene):
-        length = theory.background.heat_length(moving, nominal, speed)
-        if sliding.heat_partition != "total" or resting is None:
-            return length, 0.0
-        return length, theory.background.heat_length(resting, nominal)
-
-
-@contextmanager
-def _in_words_of(scene: Scene) -> Iterator[None]:
-    """Name the key of a scene that a background of the theory refuses; SceneError."""
-    try:
-        yield
-    except ValueError as error:
-        key, _, reason = str(error).partition(": ")
-        if key not in ("duration", "contact_radius"):
-            raise
-        lacks = "s is too short" if key == "duration" else "m is too small"
-        value = getattr(scene.sliding, key)
-        raise SceneError(f"sliding.{key} = {value:.4g} {lacks}: {reason}") from None
-    except ArithmeticError as error:
-        radius = scene.sliding.contact_radius
-        if radius is None:
-            raise
-        raise SceneError(f"sliding.contact_radius = {radius:.4g} m: {error}") from None
 
 
 def heat_partition(
@@ -370,136 +259,6 @@ def heat_partition(
             scene, rule, speed[indices], spectrum, constants.bodies, stress, at
         )
     return result
-
-
-def share_of(
-    scene: Scene,
-    rule: float | str,
-    speed: Array,
-    spectrum: Spectrum | None,
-    bodies: Conduction,
-    stress: Spectrum | LayStress | None = None,
-    headings: Array | None = None,
-) -> Array:
-    """Return the moving body's share by a rule of the scene at speeds (n,), m/s, that have one conduction.
-
-    Of C(q) m⁴, or of the spectrum of the stress, Pa² m², if that is given. `headings` are the directions, radians from
-    the grooves; None: as `headings_at`.
-    """
-    if not isinstance(rule, str) or rule == "all":
-        return np.full(speed.shape, 1.0 if rule == "all" else float(rule))
-    if bodies.counter_conductivity is None:
-        return np.full(speed.shape, nan)
-    if in_directions_of(scene, stress):
-        at = headings_at(scene, speed) if headings is None else headings
-        return _share_of_lay(scene, rule, speed, stress_of_lay(scene, spectrum, stress), bodies, at)
-    contact: dict[str, Any] = {"spectrum": spectrum} | stress_arguments(scene)
-    if stress is not None:
-        contact = {"stress_spectrum": stress, "nominal_pressure": scene.sliding.nominal_pressure}
-    with _in_words_of(scene):
-        share = theory.partition.moving_share(
-            speed,
-            **contact,
-            conductivity=bodies.conductivity,
-            diffusivity=bodies.diffusivity,
-            resting_conductivity=bodies.counter_conductivity,
-            resting_diffusivity=bodies.counter_diffusivity,
-            **layer_arguments(bodies),
-            resting_skin=bodies.counter_layers.skin,
-            resting_heat_depth=bodies.counter_layers.heat_depth,
-            rule=rule,
-            **(_total_arguments(scene) if rule == "total" else {}),
-        )
-    return np.asarray(share, dtype=np.float64)
-
-
-def _share_of_lay(
-    scene: Scene, rule: str, speed: Array, stress: Weighted, bodies: Conduction, at: Array
-) -> Array:
-    """Return the share by the rule "mean" or "total" of faces with a lay, from the temperatures of both bodies.
-
-    The resting body is as hot as one that slides slowly. By "total" it has done so for the duration, both have warmed,
-    and a resting body that was hotter gives off heat.
-    """
-    moving, slow = np.where(speed > 0.0, speed, AT_REST), np.full(speed.shape, AT_REST)
-    other = Conduction(*bodies[2:4], layers=bodies.counter_layers)  # type: ignore[arg-type]
-    # both temperatures are in proportion to μ, which a difference of the bodies needs, and then it is a number
-    total, friction = rule == "total", scene.friction_coefficient(scene.background_temperature)
-    time = scene.sliding.duration if total else None
-    grown = inf if time is None else AT_REST * time
-    flux = friction * scene.sliding.nominal_pressure * moving
-    both = []
-    for k, (body, slid, since) in enumerate(((bodies, moving, inf), (other, slow, grown))):
-        heat = heat_arguments(friction, body) | layer_arguments(body)
-        heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
-        found = in_directions((_FLASH,), slid, at, stress, slid_distance=since, **heat)
-        flash = found[_FLASH] * (moving / slid)
-        if total:
-            warmed = [warming_lengths(scene, one, bodies)[k] for one in speed.tolist()]
-            flash = flash + flux / body.conductivity * np.array(warmed)
-        both.append(flash)
-    return np.asarray((both[1] + scene.temperature_difference) / (both[0] + both[1]))
-
-
-def _total_arguments(scene: Scene) -> dict[str, Any]:
-    """Return what the rule "total" of the theory adds; bodies of two temperatures have one μ."""
-    difference, sliding = scene.temperature_difference, scene.sliding
-    return {
-        "duration": sliding.duration,
-        "contact_radius": sliding.contact_radius,
-        "track_radius": sliding.track_radius,
-        "temperature_difference": difference,
-        "friction_coefficient": scene.friction_coefficient() if difference else None,
-    }
-
-
-def in_directions_of(scene: Scene, stress: Any = None) -> bool:
-    """Return whether the theory of a scene, or its `stress` by a law, differs between directions of sliding."""
-    return isinstance(stress, LayStress) or (
-        bool(scene.directions) and (stress is None or scene.lay > 1.0)
-    )
-
-
-def headings_of_fields(scene: Scene) -> tuple[float, ...]:
-    """Return the direction of each speed of a scene in fields, radians from x; of isotropic faces one for all."""
-    return scene.headings or (scene.sliding.direction or (0.0,))[:1] * len(scene.speeds)
-
-
-def headings_at(scene: Scene, speeds: Array) -> Array:
-    """Return the direction at each speed, m/s, radians from the grooves: at speeds other than its own the first one."""
-    own = np.array(scene.headings)
-    return own if own.size == speeds.size else np.full(speeds.shape, own[0])
-
-
-def stress_of_lay(scene: Scene, spectrum: Spectrum | None, stress_spectrum: Any = None) -> Weighted:
-    """Return the stress of faces with a lay by the theory, of all C_sm or of a `spectrum`, or by a law.
-
-    Of scans up to the end of that spectrum, in the frame of their slopes.
-    """
-    if isinstance(stress_spectrum, LayStress):
-        return stress_spectrum
-    if stress_spectrum is not None:
-        return LayStress(stress_spectrum, scene.lay, scene.effective_modulus)
-    if scene.lay > 1.0:
-        whole = smoothed_spectrum(scene) if spectrum is None else spectrum
-        return StressOfTheory.of(scene.lay, whole, **stress_arguments(scene))
-    end = inf if spectrum is None else spectrum.breaks[-1]
-    return _stress_of_scan(scene, end)
-
-
-@lru_cache(maxsize=64)  # .05 s for each quantity at each cut-off
-def _stress_of_scan(scene: Scene, end: float) -> StressOfTheory:
-    """Return the stress of scans in their directions by the theory, up to a wavenumber, rad/m."""
-    whole: Any = scene.spectrum
-    frame = slope_frame(whole if end >= whole.breaks[-1] else whole.truncated(q_max=end))
-    spectrum: Spectrum = frame.spectrum
-    modulus = {"effective_modulus": scene.effective_modulus * steeper(frame.lay)}
-    if not scene.elastic:
-        spectrum = theory.plasticity.smoothed_spectrum(
-            spectrum, **pressure_arguments(scene) | modulus
-        )
-    stress = StressOfTheory.of(frame.lay, spectrum, **stress_arguments(scene) | modulus)
-    return replace(stress, directions=frame.directions, angle=frame.angle)
 
 
 def heat_source(scene: Scene) -> HeatSource:

@@ -10,21 +10,15 @@ import numpy as np
 from roughsim.grid import Array
 from roughsim.observables.catalogue import CAMERA, OBSERVABLES
 from roughsim.observables.record import Observable, Sample
-from roughsim.prediction.bodies import (
-    conduction,
-    friction_coefficient,
-    groups,
-    headings_of_fields,
-    heat_arguments,
-    heat_source,
-    layer_arguments,
-    stress_of_lay,
-)
+from roughsim.prediction.bodies import conduction, friction_coefficient, groups, heat_source
 from roughsim.prediction.law import calibrated
+from roughsim.prediction.shares import heat_arguments
+from roughsim.prediction.stress import headings_of_fields, stress_of_lay
 from roughsim.scene import Scene
 from roughsim.scene.bodies import Layers
 from roughsim.scene.numerics import SLIDING
 from theory.camera import ERROR_BANDS, View, error_band, seen_rms, seen_width
+from theory.yielding import YieldingSpectrum
 
 _MOST_BEYOND = 0.5
 FAST = 5.0  # v·behind/D: below, what a camera sees behind the contact is some percent too hot
@@ -74,7 +68,7 @@ def seen_in(scene: Scene, name: str, stress: dict[str, Any]) -> Array:
     headings = scene.headings or (0.0,) * len(scene.speeds)
     looks, speeds = views(scene), np.array(scene.speeds)
     for indices, constants in groups(scene, speeds):
-        heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+        heat = heat_arguments(*constants)
         layered = constants.bodies.layers != Layers()
         for k in np.arange(speeds.size)[indices].tolist():
             if layered and (looks[k].slid_distance < inf or looks[k].behind is not None):
@@ -171,16 +165,14 @@ def seen_by(scene: Scene, name: str, q: Array, stress: Array, reach: float) -> A
 class _Shorter:
     """A stress spectrum without waves longer than a cell."""
 
-    def __init__(self, whole: Any, start: float):
+    def __init__(self, whole: YieldingSpectrum, start: float):
         self._whole = whole
+        self.own_share, self.compliance = whole.own_share, whole.compliance
         self.breaks = (start, *(kink for kink in whole.breaks if kink > start))
 
     def __call__(self, q: Array) -> Array:
         values: Array = self._whole(q)
         return values
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._whole, name)  # of faces with a lay, what `theory.lay` asks for
 
 
 @lru_cache(maxsize=64)  # .1 s at each speed, for each observable in each round

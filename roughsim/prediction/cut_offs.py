@@ -18,7 +18,7 @@ import theory
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.areas import yielded_share
-from roughsim.prediction.bodies import law_arguments
+from roughsim.prediction.stress import law_arguments
 from roughsim.prediction.theories import over_speed, predictions
 from roughsim.scene import Scene
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
@@ -86,11 +86,10 @@ def _calibrated_flash(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None
     name, speeds = "flash_temperature", np.array(scene.speeds)
     try:
         laws = _laws(scene, cut_offs)
-    except (ValueError, theory.quadrature.QuadratureError):
-        return None
-    try:
         rows = [over_speed(scene, speeds, stress_spectrum=law, names=(name,))[name] for law in laws]
     except theory.quadrature.QuadratureError:
+        return None
+    if not rows:
         return None
     values = np.stack(rows)
     values.flags.writeable = False
@@ -98,7 +97,7 @@ def _calibrated_flash(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None
 
 
 def _laws(scene: Scene, cut_offs: tuple[float, ...]) -> list[YieldingSpectrum]:
-    """Return |σ_q|² by the law up to each cut-off, rad/m, and of all waves; ValueError if out of range.
+    """Return |σ_q|² by the law up to each cut-off, rad/m, and of all waves; none if one is out of range.
 
     Waves of faces with a lay have the modulus of the contact of all waves up to them, which finer ones do not change.
     """
@@ -109,12 +108,14 @@ def _laws(scene: Scene, cut_offs: tuple[float, ...]) -> list[YieldingSpectrum]:
     def law(q_max: float, modulus: float) -> YieldingSpectrum:
         return _law(spectrum, q_max, effective_modulus=modulus, **solid)
 
-    if scene.lay > 1.0:
-        modulus = theory.lay.in_stretched_frame(
-            partial(law, inf), scene.lay, modulus
-        ).effective_modulus
-        spectrum = _Stiffened(spectrum, scene.lay, modulus, **solid)
-    return [law(q, modulus) for q in (*cut_offs, inf)]
+    try:
+        if scene.lay > 1.0:
+            whole = theory.lay.in_stretched_frame(partial(law, inf), scene.lay, modulus)
+            modulus = whole.effective_modulus
+            spectrum = _Stiffened(spectrum, scene.lay, modulus, **solid)
+        return [law(q, modulus) for q in (*cut_offs, inf)]
+    except ValueError:
+        return []
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,11 @@ from roughsim.grid import Array, Field, Grid
 from roughsim.observables.catalogue import quantiles_of
 from roughsim.observables.distribution import Bins, Distribution
 from roughsim.observables.record import Sample
-from roughsim.prediction.bodies import conduction, friction_coefficient, heat_source, law_arguments
+from roughsim.prediction.bodies import conduction, friction_coefficient, heat_source
 from roughsim.prediction.camera import camera_of
 from roughsim.prediction.law import calibrated
 from roughsim.prediction.sliding import moving_roughness
+from roughsim.prediction.stress import law_arguments
 from roughsim.scene import Scene
 from roughsim.scene.bodies import Layers
 from roughsim.scene.numerics import SLIDING

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 import theory
-from roughsim.prediction.bodies import heat_arguments, heating, smoothed_spectrum, stress_arguments
+from roughsim.prediction.bodies import heating
 from roughsim.prediction.law import calibrated
+from roughsim.prediction.shares import heat_arguments
+from roughsim.prediction.stress import smoothed_spectrum, stress_arguments
 from roughsim.prediction.theories import calibrated_over_speed
 from roughsim.scene import Scene
 from roughsim.scene.bodies import Layers
@@ -41,9 +43,10 @@ def skin_effects(scene: Scene) -> tuple[float, float] | None:
     if law is None:
         stress = {"spectrum": smoothed_spectrum(scene)} | stress_arguments(scene)
     skins = None, _OXIDE, (_WORKED, 0.5 * kappa, 0.5 * diffusivity)
-    heat: dict[str, Any] = heat_arguments(*constants)
+    heat = heat_arguments(*constants)
     bare, oxide, worked = (
-        float(theory.flash.flash_temperature(speed, skin=skin, **stress, **heat)) for skin in skins
+        float(theory.flash.flash_temperature(speed, **stress, **heat | {"skin": skin}))
+        for skin in skins
     )
     return oxide / bare - 1.0, worked / bare - 1.0
 

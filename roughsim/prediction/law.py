@@ -9,7 +9,7 @@ from typing import Any
 
 import theory
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.prediction.bodies import law_arguments
+from roughsim.prediction.stress import law_arguments
 from roughsim.scene import Scene
 from theory.lay import LayStress
 from theory.yielding import ELASTIC_BANDS, ERROR_BANDS, YieldingSpectrum

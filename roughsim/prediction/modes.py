@@ -14,17 +14,10 @@ from roughsim.observables.record import TheoryOfScene
 from roughsim.observables.stress_spectrum import StressSpectrum
 from roughsim.prediction.areas import area_fractions
 from roughsim.prediction.balance import heat_history
-from roughsim.prediction.bodies import (
-    AT_REST,
-    Conductions,
-    conduction,
-    friction_coefficient,
-    load_arguments,
-    modulus_of,
-    stress_arguments,
-    stress_of_lay,
-)
+from roughsim.prediction.bodies import Conductions, conduction, friction_coefficient
 from roughsim.prediction.camera import seen_by
+from roughsim.prediction.shares import AT_REST
+from roughsim.prediction.stress import load_arguments, modulus_of, stress_arguments, stress_of_lay
 from roughsim.prediction.theories import OVER_SPEED, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene

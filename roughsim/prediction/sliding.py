@@ -12,10 +12,11 @@ from numpy.polynomial.legendre import leggauss
 
 import theory
 from roughsim.grid import Array
-from roughsim.prediction.bodies import conduction, groups, law_arguments, layer_arguments
+from roughsim.prediction.bodies import Heating, conduction, groups
 from roughsim.prediction.law import calibrated
+from roughsim.prediction.shares import heat_arguments, resting_arguments
+from roughsim.prediction.stress import law_arguments
 from roughsim.scene import Scene
-from roughsim.scene.bodies import Conduction
 from theory.arguments import density
 
 _ERROR = 0.06  # of T_flash, 95 %, of both bodies of 62 pairs from A = .06 to .95, κ up to 1:25 (docs/sliding.md)
@@ -161,9 +162,7 @@ def sliding_prediction(
     late = 1.0 - 0.5 * _LATE * (1.0 - points)
     flash, share, contact = np.zeros((3, speeds.size))
     for indices, constants in groups(scene, speeds):
-        arguments = pair_arguments(scene, constants.bodies) | layer_arguments(constants.bodies)
-        arguments["friction_coefficient"] = constants.friction_coefficient
-        arguments["resting_skin"], arguments["resting_heat_depth"] = constants.bodies.counter_layers
+        arguments = _pair_arguments(scene, constants)
         slid = late[:, None] * distances[indices]
         contacts_along = theory.two_bodies.sliding_temperatures(
             speeds[indices], scene.spectrum, slid_distance=slid, **arguments
@@ -183,15 +182,10 @@ def sliding_error(scene: Scene) -> float:
     return nan if unknown else _ERROR
 
 
-def pair_arguments(scene: Scene, bodies: Conduction) -> dict[str, Any]:
-    """Return contact, κ and D of both bodies, and the moving part of C(q), as arguments of the theory."""
-    return law_arguments(scene) | {
-        "conductivity": bodies.conductivity,
-        "diffusivity": bodies.diffusivity,
-        "resting_conductivity": bodies.counter_conductivity,
-        "resting_diffusivity": bodies.counter_diffusivity,
-        "moving_roughness": moving_roughness(scene),
-    }
+def _pair_arguments(scene: Scene, constants: Heating) -> dict[str, Any]:
+    """Return contact, μ, both bodies, and the moving part of C(q), as arguments of the theory."""
+    both = heat_arguments(*constants) | resting_arguments(constants.bodies)
+    return law_arguments(scene) | both | {"moving_roughness": moving_roughness(scene)}
 
 
 def moving_roughness(scene: Scene) -> float:

@@ -14,21 +14,19 @@ import theory
 from roughsim.grid import Array
 from roughsim.observables.record import TheoryOfScene
 from roughsim.prediction.areas import area_fractions
-from roughsim.prediction.bodies import (
-    groups,
+from roughsim.prediction.bodies import groups, heat_partition
+from roughsim.prediction.camera import seen_in
+from roughsim.prediction.law import calibrated
+from roughsim.prediction.lay import in_directions
+from roughsim.prediction.shares import heat_arguments
+from roughsim.prediction.stress import (
     headings_at,
-    heat_arguments,
-    heat_partition,
     in_directions_of,
-    layer_arguments,
     modulus_of,
     smoothed_spectrum,
     stress_arguments,
     stress_of_lay,
 )
-from roughsim.prediction.camera import seen_in
-from roughsim.prediction.law import calibrated
-from roughsim.prediction.lay import in_directions
 from roughsim.prediction.values import NOTHING, Predicted
 from roughsim.scene import Scene
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
@@ -122,7 +120,7 @@ def over_speed(
     for indices, constants in groups(scene, speeds):
         for name, values in result.items():
             formula = getattr(theory.flash, name)
-            heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+            heat = heat_arguments(*constants)
             values[indices] = formula(speeds[indices], **stress, **heat)
     return result
 
@@ -138,7 +136,7 @@ def _in_directions(
     stress, at = stress_of_lay(scene, spectrum, stress_spectrum), headings_at(scene, speeds)
     result = {name: np.empty(speeds.shape) for name in names}
     for indices, constants in groups(scene, speeds):
-        heat = heat_arguments(*constants) | layer_arguments(constants.bodies)
+        heat = heat_arguments(*constants)
         heat |= {"nominal_pressure": scene.sliding.nominal_pressure}
         found = in_directions(names, speeds[indices], at[indices], stress, **heat)
         for name, values in found.items():

@@ -11,8 +11,8 @@ from soft_scene import RUBBER
 
 import roughsim as rs
 from roughsim import prediction
-from roughsim.prediction.bodies import stress_arguments
 from roughsim.prediction.modes import summed_over_modes
+from roughsim.prediction.stress import stress_arguments
 from roughsim.prediction.theories import integrals
 from roughsim.surface.spectrum import TruncatedSpectrum
 from theory import flash, partition, persson
