@@ -1,6 +1,5 @@
 """The command line: each verb is one public function with its imports inside, so that help is fast."""
 
-import gc
 import os
 import sys
 from typing import Annotated
@@ -68,8 +67,7 @@ for verb in _VERBS:
 
 def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
-    # of a start, 7 % are looks for garbage, which imports do not make, and 6 % for plugins of pydantic in all packages
-    gc.set_threshold(100_000)
+    # which pydantic looks for in all packages, a sixteenth of a start
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
     show_warnings_once()
     show_notes()
