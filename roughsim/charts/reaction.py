@@ -32,7 +32,7 @@ from roughsim.table import Estimate, concat
 HOTTER, WARM, RATES = "hotter", ACTIVATION, RATE  # panels
 _LABELS = {"energy": "{:.3g} eV", "temperature": "{:g} K"}
 Lines = dict[str, Estimate]  # by their labels, over the column and one other axis
-_WIDTH = 3.2  # of a panel, inches
+_WIDTH = 2.7  # of a panel, inches
 _POINTS: dict[str, Any] = {"marker": "o", "ms": 3}
 _THEORY = "calibrated theory"
 _TITLES = {WARM: "Activation temperature", RATES: "Rate per nominal area"}
@@ -105,7 +105,7 @@ def reaction_chart(subject: Subject, path: Path) -> None:
         raise subject.run.not_asked("distribution of the temperature")
     _check_motion(subject)
     lines = reaction_lines(subject.run, subject.column)
-    size = _WIDTH * (len(lines) + 1), 3.4
+    size = _WIDTH * (len(lines) + 1), 3.0
     with new_figure(path, size, _title(subject), subject.look) as figure:
         hotter, *others, key = row_of_panels(figure, len(lines) + 1)
         handles = _draw_hotter(hotter, subject, lines[HOTTER])
@@ -125,7 +125,7 @@ def over_speed_chart(name: str, subject: Subject, path: Path) -> None:
     if name not in found:
         raise subject.run.not_asked(name)
     _check_motion(subject)
-    with new_figure(path, (_WIDTH, 3.9), _title(subject), subject.look) as figure:
+    with new_figure(path, (4.4, 3.9), _title(subject), subject.look) as figure:
         axes = figure.subplots()
         handles = _draw_over_speed(axes, subject.column, _lines(found[name]))
         axes.legend(handles.values(), handles.keys())

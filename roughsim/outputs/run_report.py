@@ -33,16 +33,21 @@ from roughsim.show.text import note as note_work
 PICTURES = {
     "temperature": (
         ".png",
-        "Temperature above the mean of the cell at the highest speed, recomputed from the stored pressure: hot tracks "
-        "behind the contacts.",
+        "Temperature above the mean of the cell at the highest speed, recomputed from the stored pressure of one "
+        "realization; lines: outlines of the contact, ahead of its hot tracks; a large cell has its hottest part beside it.",
     ),
-    "pressure": (".png", "Contact pressure."),
-    "heights": (".png", "Composite heights of both faces."),
+    "pressure": (".png", "Contact pressure of this realization; grey: at the hardness."),
+    "heights": (".png", "Composite heights of both faces of this realization."),
     "profile": (
         ".svg",
-        "Heights, pressure and temperature along the sliding direction through the hottest point.",
+        "Heights, pressure and temperature along the sliding direction through the hottest point, in a large cell also "
+        "enlarged around it; shaded: contact.",
     ),
-    "spectrum": (".svg", "Power spectra of the kept heights and of the stress."),
+    "spectrum": (
+        ".svg",
+        "C(q) of the kept heights on that of the scene, dashed: C_sm(q); variance of the stress by wavenumber, all "
+        "realizations with their statistical error, 95 %, beside the theory; dotted: q_c.",
+    ),
 }
 _SLIDING_PICTURES = {
     "sliding": (
@@ -57,10 +62,12 @@ _SLIDING_PICTURES = {
 _REACTION_PICTURES = {
     "reaction": (
         ".svg",
-        "Share of the contact that is hotter than T at the highest speed, activation temperatures and "
-        "rates over the speed.",
+        "Share of the contact that is hotter than T at the highest speed; activation temperatures and rates over the "
+        "speed, a colour for each energy; bands and bars: total error, 95 %; dashed: calibrated theory.",
     )
 }
+_OPEN = "Result", "Pictures", "Charts"  # parts of a page that are not folded
+_ALWAYS = "temperature", "reaction", "sliding"  # pictures that are not folded
 _FEW_FAILURES = 20  # members without numbers that the report names
 
 
@@ -79,9 +86,9 @@ def page(run: Run) -> str:
     judged = run.judged
     parts = {
         "Result": result,
+        "Pictures": figures_section(run),
         "Comparison": table,
         "Errors": errors_section(run),
-        "Pictures": figures_section(run),
         "Plan": _plan_section(run),
         "Scene": scene_section(run.scene, judged),
         "Provenance": _provenance_section(run),
@@ -94,7 +101,11 @@ def assembled(title: str, head: Html, parts: Mapping[str, Html]) -> str:
     """Return a page: its head, links to its parts, and the parts by their names."""
     links = (tag("a", name, href=f"#{name.lower()}") for name in parts)
     bodies = (
-        tag("section", tag("h2", name), content, id=name.lower()) for name, content in parts.items()
+        tag("section", tag("h2", name), content, id=name.lower())
+        if name in _OPEN
+        # a link to what is folded opens it
+        else tag("details", tag("summary", name), tag("section", content, id=name.lower()))
+        for name, content in parts.items()
     )
     template = (resources.files("roughsim.outputs") / "page.html").read_text(encoding="utf-8")
     body = joined(head, tag("nav", *links), *bodies)
@@ -141,8 +152,8 @@ def answer(comparison: Comparison) -> Html:
     angles = (x for axis, x in row.about.items() if axis == "direction")
     at = f"{row.speed:g} m/s" + "".join(f", {degrees(angle):.4g}°" for angle in angles)
     caption = (
-        "Roughness, stress correlation g(r), flash temperature T, hot-spot width D and slope length d over the sliding "
-        "speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one by "
+        "Roughness, stress correlation g(r), flash temperature T and its ratio to the theory, hot-spot width D and slope "
+        "length d over the speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one by "
         "the calibrated stress spectrum. Bands are the total error, 95 %; of g(r) the statistical error, 95 %."
     )
     return joined(
@@ -185,20 +196,23 @@ def figures_section(run: Run) -> Html:
     if not run.independent:
         return tag("p", "There is no sound realization to draw yet.")
     parts: list[Html] = []
+    folded: list[Html] = []
     reasons: dict[str, list[str]] = {}  # with the quantities that are not shown for it
     pictures = PICTURES | (_SLIDING_PICTURES if run.numerics.slide is not None else {})
     pictures |= _REACTION_PICTURES if run.scene.distribution else {}
     for quantity, (ending, caption) in pictures.items():
         note_work(f"drawing {quantity}")
         try:
-            parts.append(picture(partial(plot_run, run, quantity), ending, caption))
+            drawn = picture(partial(plot_run, run, quantity), ending, caption)
+            (parts if quantity in _ALWAYS else folded).append(drawn)
         except (ValueError, OSError) as error:  # not kept, at rest, or damaged
             reasons.setdefault(str(error), []).append(quantity)
     lines = (
         f"Not shown: {', '.join(quantities)}. Reason: {reason}"
         for reason, quantities in reasons.items()
     )
-    return joined(*parts, *(tag("p", line, css="warning") for line in lines))
+    more = [tag("details", tag("summary", "More pictures"), *folded)] if folded else []
+    return joined(*parts, *more, *(tag("p", line, css="warning") for line in lines))
 
 
 def picture(draw: Callable[[Path], object], ending: str, caption: str) -> Html:

@@ -81,11 +81,13 @@ def html_table(table: Table, *, aligned: bool = False) -> Html:
         }
     kinds = [sides[column.number] for column in columns][grouped:]
 
+    # a narrow screen has the title beside each cell
+    beside = [{} if aligned else {"data-title": c.title} for c in columns][grouped:]
+
     def line(row: list[Cell]) -> Html:
         cells = (digits(cell) if isinstance(cell, Number) else cell for cell in row[grouped:])
-        return tag(
-            "tr", *(tag("td", cell, **kind) for cell, kind in zip(cells, kinds, strict=True))
-        )
+        every = zip(cells, kinds, beside, strict=True)
+        return tag("tr", *(tag("td", cell, **kind, **title) for cell, kind, title in every))
 
     bodies = []
     for name, group in groupby(rows, key=lambda row: str(row[0]) if grouped else ""):

@@ -135,7 +135,7 @@ def test_links_lead_to_the_sections(written):
     seen = Reader(written.read_text())
     places = {value for _, key, value in seen.attributes if key == "id"}
     links = [value[1:] for _, key, value in seen.attributes if key == "href"]
-    assert links == ["result", "comparison", "errors", "pictures", "plan", "scene", "provenance"]
+    assert links == ["result", "pictures", "comparison", "errors", "plan", "scene", "provenance"]
     assert set(links) <= places
 
 
