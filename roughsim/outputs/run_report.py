@@ -153,7 +153,7 @@ def answer(comparison: Comparison) -> Html:
     at = f"{row.speed:g} m/s" + "".join(f", {degrees(angle):.4g}°" for angle in angles)
     caption = (
         "Roughness, stress correlation g(r), flash temperature T and its ratio to the theory, hot-spot width D and slope "
-        "length d over the speed. The black line is the theory over the whole spectrum, dashed up to q_c if it differs; a green one by "
+        "length d over the speed. Black: theory over the whole spectrum, dashed up to q_c if it differs; green by "
         "the calibrated stress spectrum. Bands are the total error, 95 %; of g(r) the statistical error, 95 %."
     )
     return joined(
