@@ -263,5 +263,6 @@ def _colour_map(name: str) -> Colormap:
 
 
 def palette(name: str) -> list[str]:
-    """Return the 256 colours of a field as "#rrggbb", for screens."""
-    return [to_hex(colour) for colour in _colour_map(name)(np.arange(256))]
+    """Return the 256 colours of a field, or of a colour map of matplotlib, as "#rrggbb", for screens."""
+    colours = colormaps[name] if name in colormaps else _colour_map(name)
+    return [to_hex(colour) for colour in colours(np.arange(256))]

@@ -175,11 +175,11 @@ def new_figure(
         if title and look.title:
             figure.suptitle(_wrapped(title, look.size), fontsize=9, x=0.01, ha="left")
         yield figure
+        if look.csv is not None:
+            write_numbers(figure, Path(look.csv))
         letter(figure)
         if path is not None:
             save(figure, path)
-        if look.csv is not None:
-            write_numbers(figure, Path(look.csv))
 
 
 def row_of_panels(figure: Figure, count: int) -> list[Axes]:

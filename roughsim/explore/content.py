@@ -1,7 +1,7 @@
 """The content of the page, computed without Bokeh: the run as it grows, and the fields of a member."""
 
 from dataclasses import dataclass
-from math import ceil, cos, floor, isinf, log10, sin
+from math import ceil, cos, floor, isinf, log, log10, sin
 from pathlib import Path
 from threading import Lock
 from typing import Any, NamedTuple
@@ -57,13 +57,13 @@ class WatchedRun:
 
     def __init__(self, folder: str | Path):
         self.run: Run = open_run(folder, damaged="skip")
-        self._theory: dict[float | None, dict[str, tuple[Any, Any]]] = {}
+        self._theory: dict[float | None, dict[str, tuple[Field, Field, Field]]] = {}
         self.theory(next(iter(self.run.scene.directions), None))  # before the page opens
         self._lock = Lock()
         nothing: dict[int, list[int]] = {level: [] for level in self.run.numerics.single}
         self._latest: tuple[Any, Summary] = None, Summary([], {}, {}, nothing, nothing, [], {})
 
-    def theory(self, direction: float | None) -> dict[str, tuple[Any, Any]]:
+    def theory(self, direction: float | None) -> dict[str, tuple[Field, Field, Field]]:
         """Return `theory_curves`, which are computed once in each direction."""
         if direction not in self._theory:
             self._theory[direction] = theory_curves(self.run, direction)
@@ -159,8 +159,10 @@ def _distances(run: Run) -> Field:
     return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.sides))), 160)
 
 
-def theory_curves(run: Run, direction: float | None = None) -> dict[str, tuple[Field, Field]]:
-    """Return (x, value) of each curve over the whole spectrum; temperatures with the heat share of the scene.
+def theory_curves(
+    run: Run, direction: float | None = None
+) -> dict[str, tuple[Field, Field, Field]]:
+    """Return x, theory and calibrated theory of each curve; temperatures with the heat share of the scene.
 
     The direction, radians from x, is one of the scene: None of a scene without any.
     """
@@ -169,13 +171,19 @@ def theory_curves(run: Run, direction: float | None = None) -> dict[str, tuple[F
         scene = scene.towards(direction)
     speeds = np.geomspace(*speed_range(scene), 121)
     # of all the heat; a temperature of the moving body is in proportion to the share that it takes
-    values = prediction.over_speed(scene, speeds)
-    share = prediction.heat_partition(scene, speeds)
-    lines = {
-        name: (speeds, values[name] * (share if OBSERVABLES[name].heated else 1.0))
-        for name in OVER_SPEED
-    }
-    return {CORRELATION: (r, prediction.correlation(scene, r)), **lines}
+    theory, law = (
+        {name: one[name] * (share if OBSERVABLES[name].heated else 1.0) for name in OVER_SPEED}
+        for one, share in (
+            (prediction.over_speed(scene, speeds), prediction.heat_partition(scene, speeds)),
+            (
+                prediction.calibrated_over_speed(scene, speeds),
+                prediction.calibrated_share(scene, speeds),
+            ),
+        )
+    )
+    correlations = prediction.correlation(scene, r), prediction.calibrated_correlation(scene, r)
+    lines = {name: (speeds, theory[name], law[name]) for name in OVER_SPEED}
+    return {CORRELATION: (r, *correlations), **lines}
 
 
 def measured_curves(run: Run, column: str) -> dict[str, Estimate]:
@@ -275,18 +283,38 @@ def usual_seconds(run: Run, level: int) -> float:
 
 
 class Image(NamedTuple):
-    """Pixels of shape (y, x); left, bottom, width and height, m; the values of 0 and 255; points per pixel."""
+    """Pixels of shape (y, x); left, bottom, width and height, m; values of 0 and 255; points per pixel; its values."""
 
     pixels: NDArray[np.uint8]
     box: tuple[float, float, float, float]
     limits: Ends
     step: tuple[int, int]
+    means: Field
+
+
+class MapLook(NamedTuple):
+    """How a map is shown: colour map ("" for the usual one), limits of its colours, SI, and whether they are log."""
+
+    colours: str = ""
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+
+
+USUAL = MapLook()
 
 
 def image_of(
-    field: Field, grid: Grid, view: tuple[Ends, Ends], limits: Ends | None, pixels: int = PIXELS
+    field: Field,
+    grid: Grid,
+    view: tuple[Ends, Ends],
+    limits: Ends | None,
+    look: MapLook = USUAL,
+    pixels: int = PIXELS,
 ) -> Image:
     """Return the image of the part of a field that meets a view (ends along x and y, m); limits None: its own.
+
+    Limits of the look come first. A log scale has three decades if its lower limit is not above zero.
 
     The point of index i covers (i ± ½)·spacing. At most `pixels` blocks of points lie along a side; each is shown as
     its mean. Of a view beyond the cell one point stays. Blocks start at multiples of their size, so that an image does
@@ -305,9 +333,13 @@ def image_of(
         sides.append(((start - 0.5) * spacing, (stop - start) * spacing, step))
     (left, width, x_step), (bottom, height, y_step) = sides
     low, high = limits or (float(means.min()), float(means.max()))
-    return Image(
-        as_bytes(means, (low, high)), (left, bottom, width, height), (low, high), (x_step, y_step)
-    )
+    low, high = low if look.low is None else look.low, high if look.high is None else look.high
+    shown, ends = means, (low, high)
+    if look.log and high > 0.0:
+        low = low if low > 0.0 else 1e-3 * high
+        shown, ends = np.log(np.maximum(means, low)), (log(low), log(high))
+    box = left, bottom, width, height
+    return Image(as_bytes(shown, ends), box, (low, high), (x_step, y_step), means)
 
 
 def block_means(rows: Field, step: int) -> Field:

@@ -11,10 +11,20 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 
 from roughsim.charts.maps import HARD, palette
-from roughsim.charts.style import COLOURS, MARK, THEORY, scaled
+from roughsim.charts.style import CALIBRATED, COLOURS, MARK, THEORY, scaled
 from roughsim.charts.temperature import COLOUR_OF, densities
-from roughsim.explore.content import CORRELATION, Field, Image, Line, scene_text, speed_range
+from roughsim.explore.content import (
+    CORRELATION,
+    USUAL,
+    Field,
+    Image,
+    Line,
+    MapLook,
+    scene_text,
+    speed_range,
+)
 from roughsim.explore.skin import SkinControls
+from roughsim.explore.takeaway import Takeaway
 from roughsim.grid import Grid
 from roughsim.heat.statistics import ContactTemperature
 from roughsim.results.run import Run
@@ -22,7 +32,7 @@ from roughsim.show.table import shown
 from roughsim.table import Estimate
 
 _SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
-_ALONG = "xpan,xwheel_zoom,reset"  # tools of a figure over one axis
+_ALONG = "xpan,xwheel_zoom,reset,save"  # tools of a figure over one axis
 _WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
 _PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
 # of a line; may be scrolled
@@ -44,12 +54,17 @@ _CURVES = {
     "flash_width": ("Hot-spot width", r"D_\mathrm{flash}", "m"),
     "slope_length": ("Slope length", r"d_\mathrm{flash}", "m"),
 }
-LEGEND = {"label_text_font_size": "11px", "border_line_color": None, "background_fill_alpha": 0.6}
+LEGEND = {"label_text_font_size": "12px", "border_line_color": None, "background_fill_alpha": 0.6}
 _STYLE = {
     "Plot": {"outline_line_color": None},
     "Toolbar": {"logo": None, "autohide": True},
-    "Title": {"text_font_size": "12px", "text_font_style": "normal"},
-    "Axis": {"axis_label_text_font_style": "normal", "axis_label_standoff": 2},
+    "Title": {"text_font_size": "13px", "text_font_style": "normal"},
+    "Axis": {
+        "axis_label_text_font_style": "normal",
+        "axis_label_text_font_size": "13px",
+        "major_label_text_font_size": "12px",
+        "axis_label_standoff": 2,
+    },
     "Legend": LEGEND | {"padding": 4, "margin": 4, "spacing": 0},
 }
 THEME = Theme(json={"attrs": _STYLE})
@@ -70,7 +85,7 @@ def ends_of_errors(mean: Field, error: Field, *, log: bool) -> dict[str, Field]:
 def _formula(symbol: str, unit: str) -> str:
     """Return a symbol with the shown form of its SI unit, to be set as a formula; text beside one loses its "µ"."""
     letters = re.sub(r"[A-Za-z]+", r"\\mathrm{\g<0>}", shown(unit)[0])
-    return f"$${symbol},\\ {letters}$$".replace("µ", r"\mu ").replace("²", "^2")
+    return f"$${symbol}\\ ({letters})$$".replace("µ", r"\mu ").replace("²", "^2")
 
 
 def upright(location: float | None, colour: str, **style: Any) -> models.Span:
@@ -111,7 +126,7 @@ class _Controls:
         )
         self.slider.update(format=models.CustomJSTickFormatter(code=_SPEED_LABEL), name="speed")
         self.speed = models.TextInput(
-            title="v, m/s", value=f"{speed:.4g}", width=80, name="speed_box"
+            title="v (m/s)", value=f"{speed:.4g}", width=80, name="speed_box"
         )
         angles = {"start": -180, "end": 180, "step": 1, "value": 0}
         self.angle = models.Slider(
@@ -128,8 +143,9 @@ class _Controls:
             name="direction",
         )
         labels = ["colours of the cell", "of the view"]
-        self.colours_of = models.RadioButtonGroup(labels=labels, active=0, name="colours")
-        colours = column(plain_text("", "colours"), self.colours_of)
+        self.colours_of = models.RadioButtonGroup(
+            labels=labels, active=0, align="end", name="colours"
+        )
         self.row = row(
             self.level,
             self.member,
@@ -137,7 +153,6 @@ class _Controls:
             self.speed,
             self.angle,
             self.direction,
-            colours,
             styles=WRAPPED,
         )
 
@@ -145,7 +160,7 @@ class _Controls:
 def frame(lengths: tuple[float, float], unit: str, longer: int) -> dict[str, Any]:
     """Return sides in screen pixels of a map of a cell, the longer one given, and labels of its axes."""
     width, height = (max(int(longer * length / max(lengths)), 90) for length in lengths)
-    labels = {f"{axis}_axis_label": f"{axis}, {unit}" for axis in "xy"}
+    labels = {f"{axis}_axis_label": f"{axis} ({unit})" for axis in "xy"}
     return {"frame_width": width, "frame_height": height, **labels}
 
 
@@ -154,33 +169,52 @@ class MapPanel:
 
     def __init__(self, quantity: str, name: str, **options: Any):
         self.title, _, self.unit = FIELDS[quantity]
-        tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset", "active_scroll": "wheel_zoom"}
+        tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset,save", "active_scroll": "wheel_zoom"}
         # hidden until there is a field
         self.figure = figure(title=self.title, name=name, visible=False, **tools, **options)
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
+        self.quantity = quantity
         colours = palette(quantity)
         self.mapper = models.LinearColorMapper(palette=colours, low=0, high=255, high_color=HARD)
         # bytes 0…255 are sent; the bar has the real limits
         columns = {key: key for key in self.image.data}
         self.figure.image(**columns, source=self.image, color_mapper=self.mapper, level="underlay")
         self.scale = models.LinearColorMapper(palette=colours, low=0, high=1)
-        bar = models.ColorBar(
-            color_mapper=self.scale, height=10, padding=2, title=None, name=f"{name}_bar"
+        self.log_scale = models.LogColorMapper(palette=colours, low=1, high=10)
+        self.bar, self.log_bar = (
+            models.ColorBar(
+                color_mapper=scale, height=10, padding=2, title=None, name=f"{name}_{bar}"
+            )
+            for scale, bar in ((self.scale, "bar"), (self.log_scale, "log_bar"))
         )
-        self.figure.add_layout(bar, "below")
+        self.log_bar.visible = False
+        for bar in (self.bar, self.log_bar):
+            self.figure.add_layout(bar, "below")
+        self.prefix = 1.0  # from SI to the bar
+        self.look = USUAL
+        self.shown: Image | None = None
 
-    def show(self, image: Image, factor: float, note: str, *, hard: bool = False) -> None:
+    def show(
+        self, image: Image, factor: float, note: str, look: MapLook = USUAL, *, hard: bool = False
+    ) -> None:
         """Show an image by one replacement of its data; the factor turns m into the unit of the axes."""
         # contact at the hardness has the highest value, and is grey
         self.mapper.high = 254 if hard else 255
         box = ([length * factor] for length in image.box)
         self.image.data = dict(zip(self.image.data, ([image.pixels], *box), strict=True))
         low, high = image.limits
-        prefix, unit = scaled(max(abs(low), abs(high)), self.unit)
-        self.scale.update(low=low * prefix, high=max(high * prefix, low * prefix + 1e-9))
+        self.prefix, unit = scaled(max(abs(low), abs(high)), self.unit)
+        ends = {"low": low * self.prefix, "high": max(high * self.prefix, low * self.prefix + 1e-9)}
+        log = look.log and low > 0.0
+        (self.log_scale if log else self.scale).update(**ends)
+        self.bar.visible, self.log_bar.visible = not log, log
+        if look.colours != self.look.colours:
+            for mapper in (self.mapper, self.scale, self.log_scale):
+                mapper.palette = palette(look.colours or self.quantity)
+        self.look, self.shown = look, image
         view = f" (means of {image.step[0]} × {image.step[1]})" if max(image.step) > 1 else ""
-        self.figure.title.text = f"{self.title}, {unit}{note}{view}"
+        self.figure.title.text = f"{self.title} ({unit}){note}{view}"
         self.figure.visible = True
 
 
@@ -190,6 +224,7 @@ class _LinePanels:
     def __init__(self, unit: str) -> None:
         self.source = empty_source("distance", *FIELDS, "contact", "width")
         self.figures: list[Any] = []
+        self.titles: list[str] = []  # of the columns of its data, when there are any
         for name in FIELDS:
             last = name == "temperature"
             options = {"x_range": self.figures[0].x_range} if self.figures else {}
@@ -207,18 +242,20 @@ class _LinePanels:
             plot.add_layout(upright(0, MARK))
             plot.xaxis.visible = last
             self.figures.append(plot)
-        self.figures[-1].xaxis.axis_label = f"distance from the marked point along sliding, {unit}"
+        self.figures[-1].xaxis.axis_label = f"distance from the marked point along sliding ({unit})"
         self.figures[0].add_tools(models.CrosshairTool(dimensions="height"))
 
     def show(self, distance: Field, values: dict[str, Field], width: float) -> list[str]:
         """Show fields over the distance, in the unit of the axis; return their values at distance 0 as texts."""
         texts, data = [], {"distance": distance}
+        self.titles = [self.figures[-1].xaxis.axis_label]
         middle = int(np.abs(distance).argmin())
         for (name, (_, letter, si_unit)), plot in zip(FIELDS.items(), self.figures, strict=True):
             factor, unit = scaled(float(np.abs(values[name]).max()), si_unit)
             data[name] = values[name] * factor
             plot.visible = True
-            plot.yaxis.axis_label = f"{letter}, {unit}"
+            plot.yaxis.axis_label = f"{letter} ({unit})"
+            self.titles.append(f"{letter} ({unit})")
             texts.append(f"{letter} = {data[name][middle]:.5g} {unit}")
         contact = (values["pressure"] > 0.0).astype(float)
         self.source.data = data | {"contact": contact, "width": np.full(len(distance), width)}
@@ -268,11 +305,13 @@ class _CurvePanel:
         axes = dict.fromkeys(("x_axis_type", "y_axis_type"), kind)
         axes |= {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
         self.figure = figure(
-            title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset", **axes
+            title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset,save", **axes
         )
-        self.sources = {"theory": empty_source("x", "y")}
-        line = {"color": THEORY, "line_width": 1.5, "legend_label": "theory"}
-        self.figure.line("x", "y", source=self.sources["theory"], **line)
+        self.sources = {"theory": empty_source("x", "y", "calibrated")}
+        line = {"line_width": 1.5, "source": self.sources["theory"]}
+        self.figure.line("x", "y", color=THEORY, legend_label="theory", **line)
+        line |= {"line_dash": "dashed", "legend_label": "calibrated"}
+        self.figure.line("x", "calibrated", color=CALIBRATED, **line)
         for measured in columns:
             source = self.sources[measured] = empty_source("x", "y", "low", "high")
             style = {"source": source, "color": COLOURS[measured], "legend_label": measured}
@@ -285,9 +324,10 @@ class _CurvePanel:
             self.figure.add_layout(self.chosen_speed)
             self.figure.legend.visible = False  # one legend is enough for the row
 
-    def show_theory(self, x: Field, y: Field) -> None:
-        """Show the curve of the theory; SI."""
-        self.sources["theory"].data = {"x": x * self.x_factor, "y": y * self.factor}
+    def show_theory(self, x: Field, y: Field, calibrated: Field) -> None:
+        """Show the curves of the theory; SI."""
+        values = {"y": y * self.factor, "calibrated": calibrated * self.factor}
+        self.sources["theory"].data = {"x": x * self.x_factor, **values}
 
     def show(self, name: str, curve: Estimate) -> None:
         """Show the measured curve of a column with the band of its error; SI."""
@@ -305,6 +345,8 @@ class Layout:
         columns = run.numerics.columns
         self.controls = _Controls(run, speed)
         self.skin = SkinControls(run)
+        titles = {name: title for name, (title, *_) in FIELDS.items()}
+        self.takeaway = Takeaway(titles, self.controls.colours_of)
 
         # maps over one view, with the marked point and the line through it
         self.x_range, self.y_range = models.Range1d(), models.Range1d()
@@ -346,7 +388,7 @@ class Layout:
             row(heading, self.state, self.busy, spacing=16, styles=WRAPPED),
             self.problems,
             self.controls.row,
-            self.skin.row,
+            row(self.skin.row, self.takeaway.row, styles=WRAPPED),
             row(*(panel.figure for panel in self.maps.values()), styles=WRAPPED),
             self.values,
             row(*halves, styles=WRAPPED, **_WIDE),

@@ -4,19 +4,22 @@ import time
 from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial
-from math import radians
+from math import degrees, radians
 from typing import Any
+from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 from bokeh import models
 from bokeh.document import Document, without_document_lock
 
 from roughsim.charts.maps import share_at_hardness
-from roughsim.errors import positive
+from roughsim.errors import number, positive
 from roughsim.explore.content import (
+    USUAL,
     Ends,
     Field,
     Image,
+    MapLook,
     MemberFields,
     Summary,
     Temperature,
@@ -31,6 +34,7 @@ from roughsim.explore.layout import FIELDS, THEME, Layout
 from roughsim.explore.reactions import ReactionView
 from roughsim.explore.skin import layers_text
 from roughsim.explore.snapshots import SnapshotsView
+from roughsim.explore.takeaway import LINE, READ_LINK, line_text, look_of, look_text, map_text
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 from roughsim.show.text import clock
@@ -93,6 +97,8 @@ class Page:
         self.point: tuple[int, int] | None = None  # that is marked
         # by name: a field, its grid, its lowest and highest value
         self.maps: dict[str, tuple[Field, Grid, Ends]] = {}
+        self.looks: dict[str, MapLook] = dict.fromkeys(FIELDS, USUAL)
+        self.wanted = ""  # a link that waits for the run to be read
         self.hard = 0.0  # share of the contact at the hardness
         self.summary: Summary | None = None
         # when fields that were not kept began to be computed, by `time.monotonic`
@@ -115,6 +121,8 @@ class Page:
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = HEAD, THEME
         document.add_root(self.layout.root)
+        read = models.CustomJS(args={"link": self.layout.takeaway.link}, code=READ_LINK)
+        document.js_on_event("document_ready", read)
         document.add_periodic_callback(self.look_for_news, _PERIOD)
         document.add_periodic_callback(self.turn_bar, _TURN)
         self.layout.busy.text = "reading the run …"
@@ -149,6 +157,12 @@ class Page:
         when(controls.colours_of, "active", self.draw_maps)
         when(layout.skin.material, "value", self.choose_layers)
         when(layout.skin.camera, "active", self.choose_layers)
+        away = layout.takeaway
+        when(away.map, "value", self.show_look)
+        for control in away.inputs:
+            when(control, "active" if control is away.log else "value", self.choose_look)
+        away.save.on_click(lambda event: self.save(event.item))
+        when(away.link, "value", lambda: self.follow(away.link.value))
         for axis in (layout.x_range, layout.y_range):
             when(axis, "start", self.draw_maps)
             when(axis, "end", self.draw_maps)
@@ -180,6 +194,8 @@ class Page:
         for column, text in summary.budget.items():
             self.layout.budgets[column].text = text
         self.say("")
+        if self.wanted:
+            self.follow(self.wanted)
         self.offer_members()
         if self.snapshots is not None:
             self.snapshots.offer(summary.with_snapshots)
@@ -223,12 +239,12 @@ class Page:
         if self.controls.member.value == before:
             self.choose_member()
 
-    def choose_member(self) -> None:
-        """Read the fields of the chosen member, or compute them again, with a progress bar."""
+    def choose_member(self, point: tuple[int, int] | None = None) -> None:
+        """Read the fields of the chosen member, or compute them again, with a progress bar; then mark a point."""
         if not self.controls.member.value:
             return
         level, index = self.chosen_level, int(self.controls.member.value)
-        self.member, self.temperature, self.point, self.maps = None, None, None, {}
+        self.member, self.temperature, self.point, self.maps = None, None, point, {}
         self.layout.clear()
         self.layout.busy.text = f"reading realization {index} …"
         kept = self.summary is not None and index in self.summary.kept[level]
@@ -337,8 +353,8 @@ class Page:
             (axis.start / factor, axis.end / factor)
             for axis in (self.layout.x_range, self.layout.y_range)
         )
-        of_cell = self.controls.colours_of.active == 0
-        return lambda: image_of(field, grid, (x, y), limits if of_cell else None)
+        of_cell, look = self.controls.colours_of.active == 0, self.looks[name]
+        return lambda: image_of(field, grid, (x, y), limits if of_cell else None, look)
 
     def draw_maps(self) -> None:
         """Draw the part of the fields that is in view now."""
@@ -368,10 +384,12 @@ class Page:
             where = self.watched.run.numerics.levels[self.chosen_level].where
             sides = " × ".join(f"{length * self.layout.factor:.4g}" for length in lengths)
             note += f",{where.removeprefix(' in')}: {sides} {self.layout.unit}"
-        hard = name == "pressure" and self.hard > 0.0 and self.controls.colours_of.active == 0
+        look = self.looks[name]
+        of_cell = self.controls.colours_of.active == 0 and look.high is None
+        hard = name == "pressure" and self.hard > 0.0 and of_cell
         if hard:
             note += f", grey: {100 * self.hard:.3g} % at σ_P"
-        self.layout.maps[name].show(image, self.layout.factor, note, hard=hard)
+        self.layout.maps[name].show(image, self.layout.factor, note, look, hard=hard)
 
     def mark(self, x: float, y: float) -> None:
         """Mark a point, in the unit of the axes, and show the values there and along the line through it."""
@@ -390,3 +408,89 @@ class Page:
         maps = {name: self.maps[name][0] for name in FIELDS}
         along = {name: field[line.i, line.j].astype(np.float64) for name, field in maps.items()}
         self.layout.show_line(temperature.grid, point, line, along)
+        self.show_link()
+
+    # what a reader takes along
+
+    def show_look(self) -> None:
+        """Show the look of the chosen map in the controls."""
+        away = self.layout.takeaway
+        name, self._setting_controls = away.map.value, True
+        away.show_look(self.looks[name], self.layout.maps[name].prefix)
+        self._setting_controls = False
+
+    def choose_look(self) -> None:
+        """Draw the chosen map as the controls say."""
+        away = self.layout.takeaway
+        try:
+            self.looks[away.map.value] = away.look(self.layout.maps[away.map.value].prefix)
+        except ValueError as error:
+            self.say(error)
+            return
+        self.say("")
+        self.draw_maps()
+        self.show_link()
+
+    def save(self, name: str) -> None:
+        """Let the browser save the part of a map in view, or the fields on the line, as they are shown."""
+        if name == LINE:
+            if (line := self.layout.line).titles:
+                columns = (line.source.data[key] for key in ("distance", *FIELDS))
+                text = line_text(dict(zip(line.titles, columns, strict=True)))
+                self.layout.takeaway.hand_over("line.csv", text)
+        elif (image := (panel := self.layout.maps[name]).shown) is not None:
+            title, factor, unit = panel.figure.title.text, self.layout.factor, self.layout.unit
+            text = map_text(image, title, factor, unit, panel.prefix)
+            self.layout.takeaway.hand_over(f"{name}.csv", text)
+
+    def show_link(self) -> None:
+        """Put contact, realization, speed, direction, marked point and looks into the address."""
+        state: dict[str, Any] = {
+            "contact": self.controls.level.value,
+            "realization": self.controls.member.value,
+            "speed": f"{self.speed:.6g}",
+            "angle": f"{degrees(self.direction):.6g}",
+            "point": "{},{}".format(*self.point or ("", "")),
+            **{name: look_text(look) for name, look in self.looks.items()},
+        }
+        link = urlencode({name: value for name, value in state.items() if value}, safe=",")
+        self._setting_controls = True
+        self.layout.takeaway.link.value = link
+        self._setting_controls = False
+
+    def follow(self, link: str) -> None:
+        """Show the state that a link holds; a link that is wrong changes nothing but what is said."""
+        if self.summary is None:
+            self.wanted = link
+            return
+        self.wanted, given = "", dict(parse_qsl(link))
+        try:
+            speed = positive("speed", float(given.get("speed", self.speed)), "m/s")
+            angle = number("angle", float(given.get("angle", degrees(self.direction))), "°")
+            looks = {name: look_of(given[name]) for name in FIELDS if name in given}
+            level = int(given.get("contact", self.chosen_level))
+            index = int(given.get("realization", self.controls.member.value or 0))
+            point = None
+            if "point" in given:
+                i, j = map(int, given["point"].split(","))
+                x, y = self.watched.run.grid(level).shape
+                point = i % x, j % y  # the cell is periodic
+            if index not in self.summary.sound[level]:
+                raise ValueError(f"realization {index} of contact {level} is not there")
+        except (ValueError, KeyError) as error:
+            self.say(f"the link {link[:80]!r} cannot be followed: {error}")
+            return
+        self.looks |= looks
+        self.show_look()
+        before = self.controls.level.value, self.controls.member.value
+        self._setting_controls = True
+        self.controls.level.value = str(level)
+        self.offer_members()
+        self.controls.member.value = str(index)
+        self._setting_controls = False
+        if before == (str(level), str(index)):
+            self.point = point or self.point
+            self.draw_maps()
+        else:
+            self.choose_member(point)
+        self.choose(speed, radians(angle))

@@ -164,7 +164,7 @@ def outputs(run, study, folder):
         json.loads(printed("theory", run.folder / "scene.toml", "--json"))["flash_temperature"][0],
     )
     yield "theory in Python", theory_dict(run.scene)["flash_temperature"][0]
-    speeds, values = theory_curves(run)["flash_temperature"]
+    speeds, values, _ = theory_curves(run)["flash_temperature"]
     yield "explore", float(np.interp(SPEED, speeds, values))
     printed("export", run.folder, "-o", folder / "run.h5")
     yield "HDF5", in_file(folder / "run.h5", "results")

@@ -18,7 +18,7 @@ def everything(grid):
 
 def shown(field, pixels=PIXELS, grid=GRID):
     """The image of the whole cell whose bytes are those of the limits of the field itself."""
-    return image_of(field, grid, everything(grid), (field.min(), field.max()), pixels)
+    return image_of(field, grid, everything(grid), (field.min(), field.max()), pixels=pixels)
 
 
 def test_a_view_of_few_points_shows_every_point():
@@ -63,7 +63,7 @@ def test_an_image_covers_its_view_with_few_pixels_on_a_fixed_raster(seed):
     shape = tuple(int(n) for n in rng.integers(1, 5000, 2))
     grid = rs.Grid(shape, (4e-3, 3e-3))
     ends = [tuple(rng.uniform(-0.2, 1.2, 2) * length) for length in grid.lengths]
-    pixels, box, _, steps = image_of(np.zeros(shape, np.float32), grid, tuple(ends), None)
+    pixels, box, _, steps, _ = image_of(np.zeros(shape, np.float32), grid, tuple(ends), None)
     for axis in (0, 1):
         size, step, d = box[2 + axis], steps[axis], grid.spacing[axis]
         count = pixels.shape[1 - axis]

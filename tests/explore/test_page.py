@@ -34,7 +34,7 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
     assert (-scale.low, scale.high) == pytest.approx((np.abs(heights).max(),) * 2, rel=1e-6)
     assert page.layout.state.text.startswith("6 realizations")
     assert page.layout.state.text.endswith("finished: all realizations are there")
-    assert page.layout.maps["temperature"].figure.title.text == "Temperature, K, 35 m/s"
+    assert page.layout.maps["temperature"].figure.title.text == "Temperature (K), 35 m/s"
     assert image(page)["dw"] == pytest.approx([2.0])  # mm
     assert page.layout.problems.text == ""
 

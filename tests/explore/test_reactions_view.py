@@ -44,16 +44,16 @@ def test_the_page_has_the_temperatures_and_rates_of_the_comparison(opened, asked
         of_levels = [rows[f"temperature_quantile_{of}{name}", None, 35.0] for name in LEVELS]
         np.testing.assert_allclose(shown["x"], [row.columns["capped"].mean for row in of_levels])
         np.testing.assert_allclose(shown["theory"], [row.calibrated for row in of_levels])
-    for number, speed in enumerate((0.1, 35.0)):  # not at rest
+    for number, energy in enumerate((1.5, 0.6)):
         shown = data(page, "activation_temperature", number)
-        np.testing.assert_allclose(shown["x"], [0.6, 1.5])
-        of_energies = [rows["activation_temperature", energy, speed] for energy in (0.6, 1.5)]
-        np.testing.assert_allclose(shown["y"], [row.columns["capped"].mean for row in of_energies])
-        errors = np.array([row.columns["capped"].total_error for row in of_energies])
+        np.testing.assert_allclose(shown["x"], [0.1, 35.0])  # not at rest
+        of_speeds = [rows["activation_temperature", energy, speed] for speed in (0.1, 35.0)]
+        np.testing.assert_allclose(shown["y"], [row.columns["capped"].mean for row in of_speeds])
+        errors = np.array([row.columns["capped"].total_error for row in of_speeds])
         np.testing.assert_allclose(
             np.array(shown["high"]) - shown["y"], np.where(np.isfinite(errors), errors, 0.0)
         )
-        np.testing.assert_allclose(shown["theory"], [row.calibrated for row in of_energies])
+        np.testing.assert_allclose(shown["theory"], [row.calibrated for row in of_speeds])
     for number, energy in enumerate((1.5, 0.6)):
         shown = data(page, "reaction_rate", number)
         np.testing.assert_allclose(shown["x"], [0.1, 35.0])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import j0
 
+import roughsim as rs
 from roughsim import prediction
 from roughsim.estimate.errors import quantile
 from roughsim.explore import content as curves
@@ -46,12 +47,16 @@ def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):
     found, scene = curves.theory_curves(capped_run), capped_run.scene
     whole = prediction.predictions(scene)
     for name in curves.OVER_SPEED:
-        x, line = found[name]
+        x, line, law = found[name]
         share = 0.9 if name == "flash_temperature" else 1.0
         at = np.exp(np.interp(np.log([0.1, 35.0]), np.log(x), np.log(line)))
         np.testing.assert_allclose(
             at, share * whole[name][1:], rtol=2e-3
         )  # interpolated between 20 points a decade
+        if name == "flash_temperature":
+            law = np.exp(np.interp(np.log(35.0), np.log(x), np.log(law)))
+            exact = rs.theory(scene).to_dict()["calibrated"][name][-1]
+            assert law == pytest.approx(exact, rel=2e-3)
     assert found[curves.CORRELATION][1][0] == pytest.approx(whole["pressure_variance"][0], rel=1e-6)
 
 
