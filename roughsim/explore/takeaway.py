@@ -15,7 +15,10 @@ link.download = menu.tags[0]
 link.click()
 URL.revokeObjectURL(link.href)"""
 _SHOW_LINK = "history.replaceState(null, '', '#' + link.value)"
-READ_LINK = "if (location.hash.length > 1) link.value = decodeURIComponent(location.hash.slice(1))"
+# once: a document is ready again after each change
+READ_LINK = """if (!window.linkWasRead && location.hash.length > 1)
+    link.value = decodeURIComponent(location.hash.slice(1))
+window.linkWasRead = true"""
 
 
 class Takeaway:
