@@ -21,8 +21,8 @@ from roughsim.explore.content import (
     Line,
     MapLook,
     scene_text,
-    speed_range,
 )
+from roughsim.explore.controls import WRAPPED, Controls
 from roughsim.explore.skin import SkinControls
 from roughsim.explore.takeaway import Takeaway
 from roughsim.grid import Grid
@@ -37,9 +37,6 @@ _WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
 _PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
 # of a line; may be scrolled
 _REST = {"flex": "1 1 600px", "min-width": "0", "max-width": _PAGE, "overflow-x": "auto"}
-WRAPPED = {"flex-wrap": "wrap"}  # a line that is too long is broken
-_STEPS = 40  # of the slider in a decade of speed
-_SPEED_LABEL = "return Number(Math.pow(10, tick).toPrecision(3)) + ' m/s'"  # JavaScript: the slider is over log10 v
 _HEAT = COLOUR_OF["temperature"]
 # title of the map, letter, SI unit
 FIELDS = {
@@ -101,60 +98,6 @@ def plain_text(name: str, text: str = "", **styles: str) -> models.Div:
 def _small_text(name: str, text: str = "") -> models.PreText:
     """Return a widget for lines of small text of even width."""
     return models.PreText(text=text, disable_math=True, name=name, styles={"font-size": "11px"})
-
-
-class _Controls:
-    """The controls: level, realization, speed, direction, and the limits of the colours."""
-
-    def __init__(self, run: Run, speed: float):
-        levels = []
-        for k in run.numerics.single:
-            level = run.numerics.levels[k]
-            x, y = level.shape
-            words = f"{level.column}, q_c {level.q_max:.3g}, {x} × {y}"
-            levels.append((str(k), words + level.where.replace(" in", ",")))
-        finest = str(run.picture() if run.independent else run.numerics.picture(run.column(None)))
-        self.level = models.Select(
-            title="contact", options=levels, value=finest, width=240, name="level"
-        )
-        self.member = models.Select(
-            title="realization", options=[], value="", width=150, disabled=True, name="member"
-        )
-        low, high = (round(log10(end)) for end in speed_range(run.scene))
-        self.slider = models.Slider(
-            start=low, end=high, step=1 / _STEPS, value=log10(speed), title="speed", width=300
-        )
-        self.slider.update(format=models.CustomJSTickFormatter(code=_SPEED_LABEL), name="speed")
-        self.speed = models.TextInput(
-            title="v (m/s)", value=f"{speed:.4g}", width=80, name="speed_box"
-        )
-        angles = {"start": -180, "end": 180, "step": 1, "value": 0}
-        self.angle = models.Slider(
-            title="sliding direction from x of the map, °", width=250, name="angle", **angles
-        )
-        # of the results: the map turns with it, and with the slider to any other
-        turned = [(str(k), f"{degrees(at):.4g}°") for k, at in enumerate(run.scene.directions)]
-        self.direction = models.Select(
-            title="results in direction",
-            options=turned,
-            value="0",
-            width=140,
-            visible=bool(turned),
-            name="direction",
-        )
-        labels = ["colours of the cell", "of the view"]
-        self.colours_of = models.RadioButtonGroup(
-            labels=labels, active=0, align="end", name="colours"
-        )
-        self.row = row(
-            self.level,
-            self.member,
-            self.slider,
-            self.speed,
-            self.angle,
-            self.direction,
-            styles=WRAPPED,
-        )
 
 
 def frame(lengths: tuple[float, float], unit: str, longer: int) -> dict[str, Any]:
@@ -343,7 +286,7 @@ class Layout:
     def __init__(self, run: Run, speed: float):
         self.factor, self.unit = scaled(max(run.sides), "m")
         columns = run.numerics.columns
-        self.controls = _Controls(run, speed)
+        self.controls = Controls(run, speed)
         self.skin = SkinControls(run)
         titles = {name: title for name, (title, *_) in FIELDS.items()}
         self.takeaway = Takeaway(titles, self.controls.colours_of)

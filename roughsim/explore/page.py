@@ -1,7 +1,6 @@
 """The actions of the controls of an open page. Bokeh calls the methods; slow work runs in threads."""
 
 import time
-from asyncio import to_thread
 from collections.abc import Callable
 from functools import partial
 from math import degrees, radians
@@ -10,7 +9,7 @@ from urllib.parse import parse_qsl, urlencode
 
 import numpy as np
 from bokeh import models
-from bokeh.document import Document, without_document_lock
+from bokeh.document import Document
 
 from roughsim.charts.maps import share_at_hardness
 from roughsim.errors import number, positive
@@ -34,7 +33,8 @@ from roughsim.explore.layout import FIELDS, THEME, Layout
 from roughsim.explore.reactions import ReactionView
 from roughsim.explore.skin import layers_text
 from roughsim.explore.snapshots import SnapshotsView
-from roughsim.explore.takeaway import LINE, READ_LINK, line_text, look_of, look_text, map_text
+from roughsim.explore.takeaway import LINE, line_text, look_of, look_text, map_text
+from roughsim.explore.tasks import LatestTask
 from roughsim.grid import Grid
 from roughsim.heat.statistics import hottest_pixel
 from roughsim.show.text import clock
@@ -46,39 +46,6 @@ HEAD = (  # without an icon browsers ask for one at another path; a telephone ta
     '{% block preamble %}<link rel="icon" href="data:,">'
     '<meta name="viewport" content="width=device-width, initial-scale=1">{% endblock %}'
 )
-
-
-class LatestTask:
-    """Runs tasks in a thread, one after the other; a new task replaces one that is still waiting.
-
-    Results are shown by the thread of the page, and there `failed` is called with the error of a task.
-    """
-
-    def __init__(self, document: Document, failed: Callable[[Exception], None]):
-        self.document, self.failed = document, failed
-        self.waiting: tuple[Callable[[], Any], Callable[[Any], None]] | None = None
-        self.busy = False
-
-    def ask(self, work: Callable[[], Any], show: Callable[[Any], None]) -> None:
-        """Run `work` in a thread, then `show` its result."""
-        self.waiting = work, show
-        if not self.busy:
-            self.busy = True
-            self.document.add_next_tick_callback(self.run)
-
-    @without_document_lock  # type: ignore[untyped-decorator]  # Bokeh has no types here
-    async def run(self) -> None:
-        """Run waiting tasks until there are none."""
-        while self.waiting:
-            (work, show), self.waiting = self.waiting, None
-            try:
-                act = partial(show, await to_thread(work))
-            except Exception as error:
-                act = partial(self.failed, error)
-            if self.document.session_context is None:  # the page was closed meanwhile
-                return
-            self.document.add_next_tick_callback(act)
-        self.busy = False
 
 
 class Page:
@@ -121,8 +88,7 @@ class Page:
         document.title = f"roughsim: {scene.title or watched.run.folder.name}"
         document.template, document.theme = HEAD, THEME
         document.add_root(self.layout.root)
-        read = models.CustomJS(args={"link": self.layout.takeaway.link}, code=READ_LINK)
-        document.js_on_event("document_ready", read)
+        document.js_on_event("document_ready", self.layout.takeaway.read)
         document.add_periodic_callback(self.look_for_news, _PERIOD)
         document.add_periodic_callback(self.turn_bar, _TURN)
         self.layout.busy.text = "reading the run …"
@@ -445,7 +411,7 @@ class Page:
 
     def show_link(self) -> None:
         """Put contact, realization, speed, direction, marked point and looks into the address."""
-        state: dict[str, Any] = {
+        state = {
             "contact": self.controls.level.value,
             "realization": self.controls.member.value,
             "speed": f"{self.speed:.6g}",

@@ -9,7 +9,8 @@ from bokeh.plotting import figure
 
 from roughsim.charts.reaction import HOTTER, RATES, WARM, Lines, points_of
 from roughsim.charts.style import CALIBRATED, COLOURS, scale_colours
-from roughsim.explore.layout import LEGEND, WRAPPED, empty_source, ends_of_errors
+from roughsim.explore.controls import WRAPPED
+from roughsim.explore.layout import LEGEND, empty_source, ends_of_errors
 
 # title, and labels and kinds of the axes
 _PANELS = {

@@ -11,9 +11,9 @@ from bokeh.plotting import figure
 
 from roughsim.charts.style import AT_REST, MARK, scale_colours, scaled
 from roughsim.explore.content import image_of
+from roughsim.explore.controls import WRAPPED
 from roughsim.explore.layout import (
     LEGEND,
-    WRAPPED,
     MapPanel,
     empty_source,
     frame,

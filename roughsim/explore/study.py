@@ -10,8 +10,10 @@ from bokeh.layouts import column, row
 
 from roughsim.charts.style import data_url
 from roughsim.estimate.asked import ABOUT, asked_names
-from roughsim.explore.layout import THEME, WRAPPED, plain_text
-from roughsim.explore.page import HEAD, LatestTask
+from roughsim.explore.controls import WRAPPED
+from roughsim.explore.layout import THEME, plain_text
+from roughsim.explore.page import HEAD
+from roughsim.explore.tasks import LatestTask
 from roughsim.observables.catalogue import observables_of
 from roughsim.show.text import plain
 from roughsim.studies.figure import NONE, Choice, draw_study, usual_choice

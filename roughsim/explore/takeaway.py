@@ -16,7 +16,7 @@ link.click()
 URL.revokeObjectURL(link.href)"""
 _SHOW_LINK = "history.replaceState(null, '', '#' + link.value)"
 # once: a document is ready again after each change
-READ_LINK = """if (!window.linkWasRead && location.hash.length > 1)
+_READ_LINK = """if (!window.linkWasRead && location.hash.length > 1)
     link.value = decodeURIComponent(location.hash.slice(1))
 window.linkWasRead = true"""
 
@@ -38,6 +38,7 @@ class Takeaway:
         self.save.js_on_change("tags", models.CustomJS(args={"menu": self.save}, code=_SAVE))
         self.link = models.TextInput(value="", visible=False, name="link")
         self.link.js_on_change("value", models.CustomJS(args={"link": self.link}, code=_SHOW_LINK))
+        self.read = models.CustomJS(args={"link": self.link}, code=_READ_LINK)
         self.inputs = self.colours, self.low, self.high, self.log
         wrapped = {"flex-wrap": "wrap"}
         self.row = row(self.map, *self.inputs, colours_of, self.save, self.link, styles=wrapped)

@@ -7,7 +7,7 @@ from threading import Event
 import pytest
 
 pytest.importorskip("bokeh")
-from roughsim.explore.page import LatestTask
+from roughsim.explore.tasks import LatestTask
 
 
 class Session:
