@@ -87,7 +87,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/coverage.py --evidence
 	$(MEASURE) experiments/coverage.py --drawn 15060 --evidence
 	$(MEASURE) experiments/coverage.py --materials 571 --evidence
-	$(MEASURE) experiments/coverage.py --lays 6100 --evidence
+	$(MEASURE) experiments/coverage.py --lays 6300 --evidence
 	$(MEASURE) experiments/cut_ladders.py --evidence
 	$(MEASURE) experiments/pixel_falls.py --evidence
 	$(MEASURE) experiments/trends.py --evidence

@@ -8,6 +8,7 @@ exponent alone.
 """
 
 from dataclasses import replace
+from math import log
 
 import numpy as np
 
@@ -119,17 +120,22 @@ def by_bound(levels: list[LevelMean], end: float, bound: float) -> Mean:
     """Return the rest of a mean whose distance to an exact bound falls as q_c^(−p) up to `end`, rad/m, from two levels.
 
     p is the mean of 1 and the exponent of the last two distances, weighted by their inverse variances, and not below
-    0. The error is by an exponent that is `_USUAL_SCATTER` off.
+    0. The error is by an exponent that is `_USUAL_SCATTER` off; what the realizations scatter in p stays with them.
     """
     low, high = (level.mean - bound for level in levels[-2:])
-    step = levels[-1].q_max / levels[-2].q_max
-    exponent, _ = _exponent(low / high, step, 1.0, -np.inf)
+    step, further = levels[-1].q_max / levels[-2].q_max, end / levels[-1].q_max
+    fall = low / high
+    exponent, weight = _exponent(fall, step, 1.0, -np.inf)
     exponent = np.maximum(exponent, 0.0)
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
-    left, slower, faster = (levels[-1].q_max / end) ** off
+    left, slower, faster = further**-off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
     way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
     rest = high * (left - 1.0)
+    falls = (exponent > 0.0) & (weight > 0.0) & (left > 0.0)
+    with np.errstate(all="ignore"):
+        over_fall = -high.value * left * log(further) * weight / (log(step) * fall.value)
+        rest = rest + ((fall - fall.value) * over_fall).where(falls, exact(np.zeros_like(left)))
     return replace(rest, errors={"bandwidth": error}, way=way)
 
 

@@ -34,11 +34,18 @@ def test_a_distance_to_a_bound_that_falls_as_a_power_is_continued_exactly(expone
     assert limit.way == f"towards its bound as q_c^(−p) with p = {exponent:.2f}"
 
 
-def test_the_scatter_falls_as_the_distance():
-    limit = by_bound(scattered([9.0, 8.0], [1e-9, 0.02], (8.0, 16.0)), 160.0, 7.0)
+def test_scatter_goes_on_with_distances_and_their_exponent():
+    # of D₁(10^(−p) − 1) with p = log2(D₀/D₁), by D₀ and D₁
+    limit = by_bound(scattered([9.0, 8.0], [0.003, 0.002], (8.0, 16.0)), 160.0, 7.0)
     assert limit.value[0] == pytest.approx(-0.9, rel=1e-3)
-    assert limit.variance[1][0] == pytest.approx((0.9 * 0.02) ** 2, rel=1e-3)
-    assert 0 not in limit.variance  # p is taken as exact
+    by_exponent = 0.1 * np.log2(10.0)
+    assert limit.variance[0][0] == pytest.approx((by_exponent / 2 * 0.003) ** 2, rel=1e-3)
+    assert limit.variance[1][0] == pytest.approx(((by_exponent - 0.9) * 0.002) ** 2, rel=1e-3)
+
+
+def test_scatter_of_a_growing_distance_stays():
+    limit = by_bound(scattered([8.0, 9.0], [0.003, 0.002], (8.0, 16.0)), 160.0, 7.0)
+    assert sum(limit.variance.values())[0] == 0.0
 
 
 @pytest.mark.parametrize("scatter", [1e-4, 0.1, 0.3, 1.0, 100.0])
@@ -52,6 +59,7 @@ def test_the_less_two_distances_show_the_more_their_exponent_is_drawn_to_the_fir
     assert limit.errors["bandwidth"][0] == pytest.approx(
         2.5 * (0.5 ** (p - 0.3) - 0.5**p), rel=1e-9
     )
+    assert limit.variance[0][0] == pytest.approx((2.5 * 0.5**p * trust / 4.0 * own) ** 2, rel=1e-6)
 
 
 def test_a_distance_that_hardly_falls_may_fall_faster_further_on():
