@@ -416,7 +416,7 @@ class Page:
             "realization": self.controls.member.value,
             "speed": f"{self.speed:.6g}",
             "angle": f"{degrees(self.direction):.6g}",
-            "point": "{},{}".format(*self.point or ("", "")),
+            "point": ",".join(map(str, self.point or ())),
             **{name: look_text(look) for name, look in self.looks.items()},
         }
         link = urlencode({name: value for name, value in state.items() if value}, safe=",")
