@@ -76,8 +76,9 @@ def test_theory_and_plan_print_tables(capsys):
     assert "258.9" in out
     code, out, _ = inside(capsys, "plan", "steel-1.2GPa", "--all")
     assert code == 0
-    assert "to q_c = 1.08e+06 rad/m" in out
-    assert "C(q) goes on to 4.15e+07 rad/m" in " ".join(out.split())
+    words = " ".join(out.split())
+    assert "to q_c = 1.08e+06 rad/m" in words
+    assert "C(q) goes on to 4.15e+07 rad/m" in words
     code, out, _ = inside(capsys, "plan", "steel-1.2GPa", "--json")
     cut_offs = [
         level["q_max"] for level in json.loads(out)["levels"] if level["column"] == "capped"

@@ -76,7 +76,7 @@ def test_a_tiled_map_is_pressed_as_its_own_heights_are(
 ):
     monkeypatch.setattr("roughsim.ensemble.progress.SILENCE", 0.01)
     run = rs.press(scene_file, tmp_path / "run", edges="tile")
-    assert re.search(r"(?m)^0:00:\d\d pressing$", capsys.readouterr().err)
+    assert re.search(r"(?m)^0:00:\d\d round 1: \d+/\d+ members$", capsys.readouterr().err)
     assert "side by side" in run.reasons[0].text
     of_quadrants = next(reason for reason in run.reasons if reason.quantity == "quadrants")
     assert "mirror images" in of_quadrants.text  # they do not go on at their edges

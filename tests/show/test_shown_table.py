@@ -23,7 +23,7 @@ TABLE = Table(COLUMNS, ROWS, "Title", ("A note of two lines:\nhere.",))
 
 
 def test_a_group_is_named_once_and_numbers_stand_right():
-    lines = table_text(TABLE).splitlines()
+    lines = table_text(TABLE, 120).splitlines()
     assert lines[0] == "Title"
     assert [line.split() for line in lines[1:3]] == [
         ["value,", "µm"],

@@ -181,9 +181,8 @@ def test_points_that_come_later_have_the_levels_of_the_others_and_the_table_says
     study = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path)
     assert len({run.numerics.levels for _, run in study.results}) == 1
     assert study.later == ["nominal_pressure=200000000"]
-    assert (
-        "1 points came later and have the levels planned for the others: nominal_pressure=200000000."
-        in str(study)
-    )
+    words = " ".join(str(study).split())
+    assert "1 points came later and have the levels planned for the others:" in words
+    assert "nominal_pressure=200000000." in words
     again = rs.study(scene, vary={"sliding.nominal_pressure": [1e8, 2e8]}, folder=tmp_path)
     assert again.later == study.later
