@@ -239,7 +239,7 @@ class Comparison:
         return "\n\n".join(map(str, self.first_screen()))
 
     def _repr_html_(self) -> str:
-        return in_notebook(*self.first_screen())
+        return in_notebook(*self.first_screen(), *marked(self.judged.warnings[_MOST_WARNINGS:]))
 
     def to_dataframe(self) -> Any:
         """Return the rows as a `pandas.DataFrame` in SI; its index is the observable.

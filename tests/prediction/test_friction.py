@@ -137,7 +137,7 @@ def test_the_other_solutions_are_stated_with_their_temperatures(capped_scene, tm
     outputs = [
         CliRunner().invoke(app, [verb, str(path), "--all"]).stdout for verb in ("theory", "plan")
     ]
-    outputs.append(CliRunner().invoke(app, ["compare", str(run.folder)]).stdout)
+    outputs.append(CliRunner().invoke(app, ["compare", str(run.folder), "--all"]).stdout)
     for text in outputs:
         (line,) = re.findall(r"contact at 35 m/s.*?first", " ".join(text.split()))
         assert "550 K, the coldest of 3" in line
