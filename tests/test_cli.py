@@ -70,7 +70,8 @@ def test_theory_prints_the_steel_table(capsys):
     }
 
 
-def test_theory_and_plan_print_tables(capsys):
+def test_theory_and_plan_print_tables(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "300")  # no cell is wrapped
     code, out, _ = inside(capsys, "theory", "steel-1.2GPa", "--all")
     assert code == 0
     assert "258.9" in out
