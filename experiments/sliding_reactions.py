@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from reactions import ENERGIES, FLASH, SHARES, Found, row_of
+from reactions_points import ENERGIES, FLASH, SHARES, Found, row_of
 from reference.pairs import CELL, MODULUS, Bodies, level_at, rounded
 from script import Command, Row, Rows, write_evidence
 
