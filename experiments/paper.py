@@ -99,8 +99,8 @@ def maps(folder: Path, points: int) -> None:
         "at rest": hertz.static_temperature,
         "fast, moving to the right": hertz.fast_temperature,
     }
-    with new_figure(folder / "hertz_maps.png", 3.65) as figure:
-        axes = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[3, 2.2])
+    with new_figure(folder / "hertz_maps.png", 3.75) as figure:
+        axes = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=[3.3, 2.2])
         for (title, field), (top, bottom) in zip(columns.items(), axes.T, strict=True):
             image = field(x[:, None], y)
             image = image / image.max()

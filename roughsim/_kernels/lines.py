@@ -171,19 +171,3 @@ def point_sum(pairs, along, across, phases_along, phases_across):
             imaginary += q * (line[2 * i] * sine[i] + line[2 * i + 1] * cosine[i])
         total += phases_across[0][k] * real - phases_across[1][k] * imaginary
     return total
-
-
-@kernel()
-def gather(spectrum, first, count, lines):
-    """Copy columns first … first + count − 1 of a half spectrum to the lines, one line each."""
-    for i in range(spectrum.shape[0]):
-        for k in range(count):
-            lines[k, i] = spectrum[i, first + k]
-
-
-@kernel()
-def scatter(lines, first, count, spectrum):
-    """Copy the lines back to the columns."""
-    for i in range(spectrum.shape[0]):
-        for k in range(count):
-            spectrum[i, first + k] = lines[k, i]

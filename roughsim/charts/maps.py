@@ -13,7 +13,6 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.image import AxesImage
 from matplotlib.patches import Rectangle
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # type: ignore[import-untyped]
-from scipy.ndimage import fourier_gaussian
 
 from roughsim import fourier
 from roughsim.charts.numbers import PART
@@ -144,8 +143,10 @@ def busiest_part(field: Array) -> _Window | None:
 
 def averaged(pressure: Array) -> Array:
     """Return the pressure averaged over about the size of an enlarged part: its peak is at the largest contact."""
-    spectrum = fourier_gaussian(fourier.forward(pressure), ENLARGED / 8, n=pressure.shape[1])
-    smooth: Array = fourier.inverse(spectrum, pressure.shape)
+    # a Gaussian, by its spectrum over cycles per pixel
+    along, across = np.fft.fftfreq(pressure.shape[0])[:, None], np.fft.rfftfreq(pressure.shape[1])
+    weights = np.exp(-2.0 * (np.pi * ENLARGED / 8) ** 2 * (along**2 + across**2))
+    smooth: Array = fourier.inverse(fourier.forward(pressure) * weights, pressure.shape)
     return smooth
 
 

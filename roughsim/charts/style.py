@@ -17,6 +17,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backend_bases import get_registered_canvas_class
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
@@ -56,6 +57,7 @@ _STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # else matplotlib looks for ticks above each panel, a tenth of the time
     "axes.spines.top": False,
     "axes.spines.right": False,
     "legend.frameon": False,
@@ -226,7 +228,10 @@ def save(figure: Figure, path: Path) -> None:
         )
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from font")
-        figure.savefig(path, dpi="figure")
+        # savefig would draw twice, first for the layout
+        ending = path.suffix[1:].lower()
+        canvas: Any = get_registered_canvas_class(ending)(figure)
+        getattr(canvas, f"print_{ending}")(path)
 
 
 def band(

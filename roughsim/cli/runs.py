@@ -2,7 +2,7 @@
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from typer import Argument, Option
 
@@ -16,6 +16,7 @@ from roughsim.cli.words import (
     check_figure,
     draw_figure,
     open_without_damaged,
+    print_comparison,
     print_json,
     print_parts,
 )
@@ -47,22 +48,16 @@ def compare(
         note("drawing fields for the theory of the distribution of the temperature")
     if as_json:
         print_json(compared.to_dict())
+    elif isinstance(compared, rs.Comparisons):
+        print_parts(compared.table(None) if every else compared.table())
+    elif every:
+        from roughsim.comparison.tables import trust_table
+        from roughsim.comparison.trust import trust
+
+        print_parts(compared.table(), trust_table(trust(compared.run.scene)))
     else:
-        print_parts(*_tables(compared, every))
+        print_comparison(compared)
     draw_figure(compared.chart, chart, csv)
-
-
-def _tables(compared: "rs.Comparison | rs.Comparisons", every: bool) -> list[Any]:
-    """Return the tables of a comparison, in short or with all observables."""
-    if isinstance(compared, rs.Comparisons):
-        return [compared.table(None) if every else compared.table()]
-    if not every:
-        more = "--all prints every observable and assumption, and the error of the theory."
-        return [*compared.first_screen(), more]
-    from roughsim.comparison.tables import trust_table
-    from roughsim.comparison.trust import trust
-
-    return [compared.table(), trust_table(trust(compared.run.scene))]
 
 
 def plot(  # noqa: PLR0913  (each is an option)

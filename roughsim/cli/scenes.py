@@ -25,6 +25,7 @@ from roughsim.cli.words import (
     complete_scene,
     draw_figure,
     open_scene,
+    print_comparison,
     print_json,
     print_parts,
     show_scene,
@@ -221,7 +222,7 @@ def _compare(result: "rs.Run", chart: Path | None) -> None:
     except ValueError as reason:  # a single realization
         tell(f"not compared: {reason}")
         return
-    print_parts(*compared.first_screen())
+    print_comparison(compared)
     draw_figure(compared.chart, chart, None)
 
 

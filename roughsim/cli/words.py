@@ -131,16 +131,33 @@ def show_scene(
         for line in marked(warnings[:_MOST_REMARKS])
     ]
     room = _LINES // screens - 1 - sum(text.count("\n") + 1 for text in told)
-    rows = list(short.rows)
-    while len(rows) > 1 and table_text(replace(short, rows=rows), width).count("\n") >= room:
-        del rows[-1]
-    say(table_text(replace(short, rows=rows), width))
+    say(table_text(_first_rows(short, room, width), width))
     for text in told:
         tell(text)
     more = f"{sum(len(table.rows) for table in whole)} rows"
     if len(warnings) > len(told):
         more += f", and {len(warnings) - len(told)} more warnings"
     say(f"--all prints {more}, with reasons.")
+
+
+def _first_rows(table: Table, room: int, width: int | None = None) -> Table:
+    """Return a table without the last rows that lines of a width have no room for, but with a row."""
+    rows = list(table.rows)
+    while len(rows) > 1 and table_text(replace(table, rows=rows), width).count("\n") >= room:
+        del rows[-1]
+    return replace(table, rows=rows)
+
+
+def print_comparison(compared: "rs.Comparison") -> None:
+    """Print the first screen of a comparison: T_flash, as much as fits of what the scene asks for, and what is left."""
+    summary, *asked = compared.first_screen()
+    room = _LINES - 3 - str(summary).count("\n")  # with an empty line, and the last one
+    short = [_first_rows(table, room) for table in asked]
+    left = sum(len(table.rows) for table in asked) - sum(len(table.rows) for table in short)
+    more = f"{left} more rows, " * (left > 0)
+    print_parts(
+        summary, *short, f"compare --all prints {more}all observables, and the theory's error."
+    )
 
 
 def check_figure(chart: Path | None, csv: Path | None = None) -> None:

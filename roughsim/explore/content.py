@@ -154,9 +154,13 @@ def speed_range(scene: Scene) -> tuple[float, float]:
 
 
 def _distances(run: Run) -> Field:
-    """Return the r at which g_σ is drawn, m: up to 0.4 longest waves, and never beyond half the diagonal."""
-    longest = 2 * np.pi / run.scene.spectrum.breaks[0]
-    return np.linspace(0.0, min(0.4 * longest, 0.5 * float(np.hypot(*run.sides))), 160)
+    """Return the r at which g_σ is drawn, m: from a tenth of the shortest wave, at most over four decades, to 0.4
+    longest waves, and never beyond half the diagonal.
+    """
+    breaks = run.scene.spectrum.breaks
+    shortest, longest = 2 * np.pi / breaks[-1], 2 * np.pi / breaks[0]
+    end = min(0.4 * longest, 0.5 * float(np.hypot(*run.sides)))
+    return np.geomspace(max(0.1 * shortest, 1e-4 * end), end, 160)
 
 
 def theory_curves(

@@ -238,14 +238,14 @@ class _DistributionPanel:
 
 
 class _CurvePanel:
-    """One curve: the theory as a line, and a band with points for every column; over speed both axes are log."""
+    """One curve: the theory as a line, and a band with points for every column; all axes but that of g_σ are log."""
 
     def __init__(self, name: str, columns: tuple[str, ...], speed: float):
         title, y, y_si = _CURVES[name]
         self.over_speed = name != CORRELATION
         x, x_si, kind = ("v", "m/s", "log") if self.over_speed else ("r", "m", "linear")
         self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
-        axes = dict.fromkeys(("x_axis_type", "y_axis_type"), kind)
+        axes = {"x_axis_type": "log", "y_axis_type": kind}
         axes |= {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
         self.figure = figure(
             title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset,save", **axes

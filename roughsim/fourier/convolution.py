@@ -50,8 +50,6 @@ def influence_spectrum(
     `influence` has the offsets −(n − 1) … n − 1, shape (2 n_x − 1, 2 n_y − 1); if it is even along y the offsets from
     0 on are enough there, shape (2 n_x − 1, n_y). `count` is n_y, and `shape` at least 2n − 1 each.
     """
-    from roughsim._kernels import lines as kernels
-
     # the rows, each with its negative offsets at the end; a few at a time
     before = influence.shape[1] - count
     points = shape[1]
@@ -70,11 +68,9 @@ def influence_spectrum(
     result = np.empty((points // 2 + 1, shape[0]), np.result_type(dtype, np.complex64))
     for columns, block in column_blocks(shape, np.float64):
         width = columns.stop - columns.start
-        kernels.gather(spectrum[nx - 1 :], columns.start, width, block.source)
+        block.source[:width, :nx] = spectrum[nx - 1 :, columns].T
         block.source[:width, nx : shape[0] - nx + 1] = 0.0
-        kernels.gather(
-            spectrum[: nx - 1], columns.start, width, block.source[:, shape[0] - nx + 1 :]
-        )
+        block.source[:width, shape[0] - nx + 1 :] = spectrum[: nx - 1, columns].T
         block.forward()
         np.multiply(
             block.result[:width],
@@ -104,10 +100,8 @@ def transformed_rows(field: Field, shape: tuple[int, int]) -> Transform:
 
 def transformed_columns(spectrum: Field, shape: tuple[int, int]) -> Iterator[tuple[slice, Lines]]:
     """Yield each block of columns, padded with zeros and transformed, in `result`."""
-    from roughsim._kernels import lines as kernels  # not at the top: numba is slow to import
-
     for part, block in column_blocks(shape, spectrum.real.dtype):
-        kernels.gather(spectrum, part.start, part.stop - part.start, block.source)
+        block.source[: part.stop - part.start, : spectrum.shape[0]] = spectrum[:, part].T
         block.source[:, spectrum.shape[0] :] = 0.0
         block.forward()
         yield part, block
@@ -117,9 +111,7 @@ def _multiply_columns(
     block: Lines, source: Field, response: Field, part: slice, spectrum: Field
 ) -> None:
     """Multiply a block of transformed columns by the response, and write the product back into the spectrum."""
-    from roughsim._kernels import lines as kernels
-
     width = part.stop - part.start
     np.multiply(source[:width], response[part], out=block.result[:width])
     block.backward()
-    kernels.scatter(block.source, part.start, width, spectrum)
+    spectrum[:, part] = block.source[:width, : spectrum.shape[0]].T

@@ -10,9 +10,10 @@ from matplotlib.figure import Figure
 from some_rows import some
 
 import roughsim as rs
+from roughsim.charts import style
 from roughsim.charts.numbers import bare
 from roughsim.charts.plot import CURVES, plot_run
-from roughsim.charts.style import Look, plain_ticks
+from roughsim.charts.style import Look, new_figure, plain_ticks
 from roughsim.cli import main
 from roughsim.estimate.asked import ABOUT
 from roughsim.estimate.errors import quantile
@@ -22,6 +23,20 @@ from roughsim.estimate.errors import quantile
 def test_the_size_and_the_pixels_are_those_asked_for(capped_run, tmp_path):
     path = plot_run(capped_run, "pressure", tmp_path / "a.png", look=Look(size=(3.4, 2.6), dpi=300))
     assert matplotlib.image.imread(path).shape[:2] == (780, 1020)
+
+
+def test_one_drawing_is_that_of_savefig(tmp_path, monkeypatch):
+    for name in ("a.png", "b.png"):
+        with new_figure(tmp_path / name, (6.0, 4.0), "a title") as figure:
+            curves, field = figure.subplots(1, 2)
+            curves.loglog([1.0, 1e5], [1e-3, 1e2], label="curve")
+            curves.set(title="curves", xlabel="$x$", ylabel="a long label")
+            curves.legend()
+            figure.colorbar(field.imshow(np.eye(9)), ax=field)
+        # which draws twice, first for the layout
+        monkeypatch.setattr(style, "save", lambda figure, path: figure.savefig(path, dpi="figure"))
+    a, b = (matplotlib.image.imread(tmp_path / name) for name in ("a.png", "b.png"))
+    np.testing.assert_array_equal(a, b)
 
 
 def test_a_figure_has_no_title_if_none_is_wanted(capped_run, drawn):

@@ -57,7 +57,19 @@ def test_theory_curves_pass_through_the_predictions_with_the_share(capped_run):
             law = np.exp(np.interp(np.log(35.0), np.log(x), np.log(law)))
             exact = rs.theory(scene).to_dict()["calibrated"][name][-1]
             assert law == pytest.approx(exact, rel=2e-3)
-    assert found[curves.CORRELATION][1][0] == pytest.approx(whole["pressure_variance"][0], rel=1e-6)
+    r, line, _ = found[curves.CORRELATION]
+    q = np.geomspace(scene.spectrum.breaks[0], scene.spectrum.breaks[-1], 20_001)
+    density = 2 * np.pi * q**2 * prediction.stress_spectrum(scene, q)
+    for k in (0, 80, -1):  # g_σ(r) = 2π ∫ q |σ_q|² J₀(qr) dq, by trapezoids over ln q
+        exact = np.trapezoid(density * j0(q * r[k]), np.log(q))
+        assert line[k] == pytest.approx(exact, rel=1e-4, abs=1e-5 * whole["pressure_variance"][0])
+
+
+def test_distances_begin_at_a_tenth_of_the_shortest_wave(capped_run):
+    r = curves.measured_curves(capped_run, "capped")[curves.CORRELATION].coords["distance"]
+    longest, shortest = (2 * np.pi / capped_run.scene.spectrum.breaks[k] for k in (0, -1))
+    assert (r[0], r[-1]) == pytest.approx((0.1 * shortest, 0.4 * longest))
+    np.testing.assert_allclose(np.diff(np.log(r)), np.log(r[-1] / r[0]) / 159)
 
 
 def test_speeds_reach_a_decade_beyond_the_scene(capped_scene):

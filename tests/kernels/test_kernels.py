@@ -233,18 +233,6 @@ def test_the_sum_at_a_point_is_that_of_all_waves():
     assert found == pytest.approx(waves.real.sum(), rel=1e-13, abs=1e-13)
 
 
-def test_columns_go_to_lines_and_back():
-    rng = np.random.default_rng(2)
-    spectrum = rng.normal(size=(9, 7)) + 1j * rng.normal(size=(9, 7))
-    lines, back = np.zeros((3, 9), complex), np.zeros_like(spectrum)
-    line_kernels.gather(spectrum, 2, 3, lines)
-    assert np.array_equal(lines, spectrum[:, 2:5].T)
-    line_kernels.scatter(lines, 2, 3, back)
-    assert np.array_equal(back[:, 2:5], spectrum[:, 2:5])
-    assert not back[:, :2].any()
-    assert not back[:, 5:].any()
-
-
 def test_power_is_gathered_from_four_modes_each():
     rng = np.random.default_rng(5)
     amplitude, slot = (

@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 from damage_cases import forged
 from stored_cases import member_path, read_member, split_members, write_member
+from typer.testing import CliRunner
 
 import roughsim as rs
 from roughsim import prediction
 from roughsim.charts.plot import plot_run
 from roughsim.charts.style import Look
+from roughsim.cli import app
 from roughsim.errors import RecordError
 from roughsim.observables.catalogue import observables_of
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
@@ -136,6 +138,19 @@ def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
     whole = table_text(table.table())
     assert "reaction_rate, 1 eV, 1/s" in whole
     assert "heat_share_above 560 K" in whole
+
+
+def test_first_screen_of_a_comparison_is_short(asked, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = CliRunner().invoke(app, ["compare", str(asked.folder)]).stdout.splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= 80
+    (left,) = re.findall(r"--all prints (\d+) more rows, ", lines[-1])
+    rows = [row[0] for row in rs.compare(asked).asked().rows]
+    shown = rows[: len(rows) - int(left)]
+    assert 0 < len(shown) < len(rows)
+    assert lines[-1 - len(shown)].split("  ")[0] == shown[0]
+    assert lines[-2].split("  ")[0] == shown[-1]
 
 
 def found(run, name, energy):
