@@ -153,7 +153,7 @@ def print_comparison(compared: "rs.Comparison") -> None:
     summary, *asked = compared.first_screen()
     room = _LINES - 3 - str(summary).count("\n")  # with an empty line, and the last one
     short = [_first_rows(table, room) for table in asked]
-    left = sum(len(table.rows) for table in asked) - sum(len(table.rows) for table in short)
+    left = sum(len(a.rows) - len(b.rows) for a, b in zip(asked, short, strict=True))
     more = f"{left} more rows, " * (left > 0)
     print_parts(
         summary, *short, f"compare --all prints {more}all observables, and the theory's error."

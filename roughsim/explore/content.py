@@ -157,10 +157,9 @@ def _distances(run: Run) -> Field:
     """Return the r at which g_σ is drawn, m: from a tenth of the shortest wave, at most over four decades, to 0.4
     longest waves, and never beyond half the diagonal.
     """
-    breaks = run.scene.spectrum.breaks
-    shortest, longest = 2 * np.pi / breaks[-1], 2 * np.pi / breaks[0]
-    end = min(0.4 * longest, 0.5 * float(np.hypot(*run.sides)))
-    return np.geomspace(max(0.1 * shortest, 1e-4 * end), end, 160)
+    first, *_, last = run.scene.spectrum.breaks
+    end = min(0.8 * np.pi / first, 0.5 * float(np.hypot(*run.sides)))
+    return np.geomspace(max(0.2 * np.pi / last, 1e-4 * end), end, 160)
 
 
 def theory_curves(
