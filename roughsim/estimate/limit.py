@@ -15,6 +15,7 @@ import numpy as np
 from roughsim.estimate.mean import Mean, exact
 from roughsim.estimate.telescoping import LevelMean
 from roughsim.grid import Array
+from roughsim.scene.numerics import SAME
 
 # share of the rest that is uncertain, as measured: by the law for contact that yields, and at least by steps
 _OF_LAW = 0.1
@@ -25,6 +26,7 @@ _OF_ELASTIC = 0.004
 # of T_flash by the theory's shape: steps over those of the theory fall by a fifth an octave in wide spectra, so that .6
 # to 1 of the rest by its steps follows
 OF_SHAPE = 0.5
+_STEP = 1e-4  # of an exponent, for slopes
 _MOST_BY_STEPS = 0.5  # of the value: a larger rest with the theory's shape was not tried
 _USUAL_SCATTER, _LEAST_EXPONENT = (
     0.3,
@@ -94,25 +96,31 @@ def by_power(levels: list[LevelMean], end: float, usual: float) -> Mean:
     Steps that hardly shrink, grow or turn have the least exponent. As exponents rise to the usual one along the levels,
     the error reaches up to it, and as far below p as its scatter. At least a share of the rest is uncertain: all of it
     after one step, which shows no exponent; the more the steps show, the closer to half of it after two and to
-    `_OF_STEPS` after more.
+    `_OF_STEPS` after more. What the realizations scatter in p stays with them.
     """
     q = np.array([level.q_max for level in levels[-2:]] + [end])[:, None]
     shape = levels[-1].mean.value.shape
-    exponent = np.full(shape, usual)
+    power = exact(np.full(shape, usual))
     weight = np.zeros(shape)
     if len(levels) > 2:
         low, middle, top = (level.mean for level in levels[-3:])
         with np.errstate(all="ignore"):
             quotient = (middle - low) / (top - middle)  # (q₂/q₁)^p
-        exponent, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
+        power, weight = _exponent(quotient, q[1] / q[0], usual, _LEAST_EXPONENT)
+    exponent = power.value
     slower = np.maximum(exponent - np.sqrt(1.0 - weight) * _USUAL_SCATTER, _LEAST_EXPONENT)
     faster = np.maximum(exponent, usual)
-    rest, *others = (_by_steps(levels, q**-p) for p in (exponent, slower, faster))
+    near = exponent - _STEP, exponent + _STEP
+    rest, below, above, *others = (
+        _by_steps(levels, q**-p) for p in (exponent, *near, slower, faster)
+    )
     apart = [np.abs(other.value - rest.value) for other in others]
     shown = max(_OF_STEPS, 0.5 ** (len(levels) - 2))
     least = 1.0 + weight * (shown - 1.0)
     error = np.maximum.reduce([*apart, least * np.abs(rest.value)])
     way = f"as q_c^(−p) with p = {_in_words(exponent)}"
+    nothing = np.zeros(shape)
+    rest += power.through(nothing, nothing, (above.value - below.value) / (2.0 * _STEP))
     return replace(rest, errors={"bandwidth": error}, way=way)
 
 
@@ -124,31 +132,32 @@ def by_bound(levels: list[LevelMean], end: float, bound: float) -> Mean:
     """
     low, high = (level.mean - bound for level in levels[-2:])
     step, further = levels[-1].q_max / levels[-2].q_max, end / levels[-1].q_max
-    fall = low / high
-    exponent, weight = _exponent(fall, step, 1.0, -np.inf)
-    exponent = np.maximum(exponent, 0.0)
+    power, _ = _exponent(low / high, step, 1.0, -np.inf)
+    exponent = np.maximum(power.value, 0.0)
     off = np.maximum(exponent + np.array([[0.0], [-_USUAL_SCATTER], [_USUAL_SCATTER]]), 0.0)
     left, slower, faster = further**-off
     error = np.abs(high.value) * np.maximum(slower - left, left - faster)
     way = f"towards its bound as q_c^(−p) with p = {_in_words(exponent)}"
-    rest = high * (left - 1.0)
-    falls = (exponent > 0.0) & (weight > 0.0) & (left > 0.0)
-    with np.errstate(all="ignore"):
-        over_fall = -high.value * left * log(further) * weight / (log(step) * fall.value)
-        rest = rest + ((fall - fall.value) * over_fall).where(falls, exact(np.zeros_like(left)))
+    nothing = np.zeros_like(left)
+    with np.errstate(invalid="ignore"):
+        slope = np.where(exponent * left > 0.0, -high.value * left * log(further), 0.0)
+    rest = high * (left - 1.0) + power.through(nothing, nothing, slope)
     return replace(rest, errors={"bandwidth": error}, way=way)
 
 
 def _exponent(
     quotient: Mean, ratio: Array | float, usual: float, least: float
-) -> tuple[Array, Array]:
+) -> tuple[Mean, Array]:
     """Return p ≥ `least` of a quotient `ratio`^p, drawn to the usual one by its scatter, and its weight."""
     with np.errstate(all="ignore"):
         shown = np.maximum(quotient.value, ratio**least)
         fitted = np.log(shown) / np.log(ratio)
         own = np.sqrt(sum(quotient.variance.values())) / (np.log(ratio) * shown)
         weight = np.nan_to_num(1.0 / (1.0 + (own / _USUAL_SCATTER) ** 2))
-        return np.where(weight > 0.0, usual + weight * (fitted - usual), usual), weight
+        value = np.where(weight > 0.0, usual + weight * (fitted - usual), usual)
+        free = (weight > 0.0) & (quotient.value > shown * (1 - SAME))
+        power = quotient.through(value, value, weight / (np.log(ratio) * shown))
+    return power.where(free, exact(value)), weight
 
 
 def _in_words(exponent: Array) -> str:

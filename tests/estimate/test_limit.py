@@ -300,6 +300,11 @@ def test_the_less_the_steps_show_the_more_the_exponent_is_drawn_to_the_usual_one
     assert limit.errors["bandwidth"][0] == pytest.approx(
         max(doubtful, (1.0 - 0.5 * trust) * abs(rest(p))), rel=1e-9
     )
+    # the realizations scatter in the last step, and in p by the weight of the steps
+    by_p = (rest(p + 1e-5) - rest(p - 1e-5)) / 2e-5 * trust * slopes
+    by_step = rest(p) / -1.5 * np.array([0.0, -1.0, 1.0])
+    variance = [limit.variance[stream][0] for stream in range(3)]
+    np.testing.assert_allclose(variance, (own * (by_p + by_step)) ** 2, rtol=1e-6)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -373,3 +378,23 @@ def test_the_scatter_of_the_last_step_passes_into_what_follows_as_a_power():
     )  # all of the step follows again
     assert limit.variance[0][0] == pytest.approx(0.02**2, rel=1e-6)
     assert limit.variance[1][0] == pytest.approx(0.03**2, rel=1e-6)
+
+
+def test_three_levels_scatter_as_the_limit_of_a_geometric_series():
+    # T∞ = T₂ + s²/(d − s), d = T₁ − T₀ and s = T₂ − T₁
+    (d, s), errors = (-1.0, -0.6), 1e-4 * np.array([3.0, 2.0, 1.0])
+    limit = by_power(scattered([9.0, 8.0, 7.4], errors), np.inf, 1.0)
+    assert limit.value[0] == pytest.approx(s**2 / (d - s), rel=1e-4)
+    over_d, over_s = -(s**2) / (d - s) ** 2, s * (2.0 * d - s) / (d - s) ** 2
+    variance = [limit.variance[stream][0] for stream in range(3)]
+    slopes = np.array([-over_d, over_d - over_s, over_s])
+    np.testing.assert_allclose(variance, (slopes * errors) ** 2, rtol=1e-2)
+
+
+@pytest.mark.parametrize("last", [7.01, 6.5])
+def test_an_exponent_at_its_least_does_not_scatter(last):
+    limit = by_power(scattered([9.0, 8.0, last], [3e-4, 2e-4, 1e-4]), END, 1.0)
+    assert limit.way.endswith("p = 0.20")
+    follows = (1.0 - (16.0 / END) ** 0.2) / (2.0**0.2 - 1.0)
+    assert limit.variance[0][0] == 0.0
+    assert limit.variance[2][0] == pytest.approx((1e-4 * follows) ** 2, rel=1e-3)
