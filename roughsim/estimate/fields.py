@@ -77,7 +77,7 @@ def quantile_of(contacts: Contacts, name: str) -> Mean:
     if stretch is not None:
 
         def slid(sample: Sample) -> Mean:
-            return sliding_quantile(flash, name, sample.numbers, 0, stretch)
+            return sliding_quantile(flash, name, sample.below or sample, stretch)
 
         found = slid(contacts.samples[-1])
         form = contacts.by_form(lambda sample: slid(sample).value)
@@ -104,7 +104,7 @@ def quantile_of(contacts: Contacts, name: str) -> Mean:
 
 def _over_flash(sample: Sample, name: str) -> Array:
     """Return influence values of a temperature over T_flash."""
-    return ratio(sample.numbers[name], sample.numbers[FLASH])
+    return ratio(OBSERVABLES[name].of_level(sample), sample.numbers[FLASH])
 
 
 def _frozen(scene: Scene, *, walk: bool = True) -> Contacts | None:

@@ -20,7 +20,13 @@ from roughsim.estimate.mean import Mean, exact, mean_of
 from roughsim.estimate.sliding import UNCERTAINTY_OF_DISTRIBUTION
 from roughsim.estimate.telescoping import LevelMean, change_by_pixel, is_refined, telescoped
 from roughsim.grid import Array
-from roughsim.observables.distribution import BIN_AREAS, Bins, two_pressures
+from roughsim.observables.distribution import (
+    BIN_AREAS,
+    Bins,
+    areas_of,
+    share_below,
+    two_pressures,
+)
 from roughsim.observables.record import Sample
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SAME
@@ -38,7 +44,7 @@ OverBins = Callable[
 ]  # bins and the factor of their temperatures → values of bins
 OfMean = Callable[
     [Bins, Array], tuple[Array, Array, Array]
-]  # bins and the mean of each contact → as of `Activation.uniform_temperature`
+]  # bins and influence values of their mean → as of `Activation.uniform_temperature`
 
 
 class Activation(NamedTuple):
@@ -78,13 +84,13 @@ class Activation(NamedTuple):
     def uniform_temperature(self, bins: Bins, rows: Array) -> tuple[Array, Array, Array]:
         """Return the absolute temperature, K, at which all bins together have the mean of `rates`, (speeds,).
 
-        `rows` are the mean of each contact, (n, speeds). Beside the temperature are its slope over the mean, (speeds,),
-        and its influence values, (n, speeds). With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by Newton's method;
-        without V it is linear in b. NaN without a barrier: then no temperature is singled out.
+        `rows` are influence values of the mean, (n, speeds). Beside the temperature are its slope over the mean,
+        (speeds,), and its influence values, (n, speeds). With b = 1/k_B T, ln⟨exp(b(σV − E))⟩ = L is solved by
+        Newton's method; without V it is linear in b. NaN without a barrier: then no temperature is singled out.
         """
         mean = rows.mean(axis=0)
         energies, shares = self.energies_of(bins)
-        areas = shares * BIN_AREAS
+        areas = shares * areas_of(bins)
         with np.errstate(all="ignore"):  # without a barrier all is NaN
             log_mean = np.log(mean) + self.scale
             inverse = log_mean / (areas * energies).mean(axis=1).sum(axis=(0, 2))
@@ -98,6 +104,7 @@ class Activation(NamedTuple):
             # the mean of each contact at this temperature
             exponents = inverse[:, None] * energies - self.scale[:, None]
             uniform = (areas * np.exp(exponents)).sum(axis=(0, 3))
+            uniform -= mean * (areas.sum(axis=(0, 3)) - 1.0)
             temperature = np.where(barrier > 0.0, 1.0 / (BOLTZMANN * inverse), np.nan)
             slope = BOLTZMANN * temperature**2 / (barrier * mean)
         return temperature, slope, temperature + slope * (rows - uniform)
@@ -113,7 +120,7 @@ class Activation(NamedTuple):
 
         def mean_at(temperature: Array) -> Array:
             exponent = energies / (BOLTZMANN * temperature[:, None]) - self.scale[:, None]
-            return (shares * BIN_AREAS * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2))
+            return (shares * areas_of(bins) * np.exp(exponent)).mean(axis=1).sum(axis=(0, 2))
 
         mean = mean_at(warm.value)
         with np.errstate(all="ignore"):
@@ -127,16 +134,8 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
     `excess` is (speeds,), the result (n, speeds). Between the middles of two bins the share is linear in the
     temperature.
     """
-    temperature = factor[:, None] * bins.temperature
-    heat = BIN_AREAS * bins.pressure
-    above = np.cumsum(heat[..., ::-1], axis=-1)[..., ::-1]
-    hotter = (above - 0.5 * heat) / heat.sum(axis=-1, keepdims=True)
-    result = np.empty(temperature.shape[:-1])
-    for place in np.ndindex(result.shape):
-        result[place] = np.interp(
-            excess[place[-1]], temperature[place], hotter[place], left=1.0, right=0.0
-        )
-    return result
+    scaled = bins._replace(temperature=factor[:, None] * bins.temperature)
+    return 1.0 - share_below(scaled, BIN_AREAS * bins.pressure, excess)
 
 
 def _itself(bins: Bins, rows: Array) -> tuple[Array, Array, Array]:
@@ -151,18 +150,17 @@ class ContactMean(NamedTuple):
     of_bins: OverBins
     flash: Mean  # reported T_flash, to which the bins of each level are scaled
     of_mean: OfMean = _itself
-    by_contact: bool = (
-        False  # whether `of_bins` gives the mean of each contact, (n, speeds), not of each bin
-    )
+    # whether `of_bins` gives the mean of each contact by heat, (n, speeds), not of each bin
+    by_contact: bool = False
 
     def scaled(self, sample: Sample, step: float = 0.0) -> Array:
         """Return the function of the bins of a sample, T_flash (1 + step) times the continued one."""
         return self.of_bins(bins_of(sample), factor_of(sample, self.flash) * (1.0 + step))
 
     def mean(self, sample: Sample, step: float = 0.0) -> Array:
-        """Return the mean of each contact, (n, speeds)."""
+        """Return the mean of each contact, times its area over the mean area, (n, speeds)."""
         values = self.scaled(sample, step)
-        return values if self.by_contact else np.asarray(values @ BIN_AREAS)
+        return values if self.by_contact else (values * areas_of(bins_of(sample))).sum(axis=-1)
 
     def slope(self, sample: Sample) -> Array:
         """Return the slope of the mean over ln T_flash, (speeds,)."""
@@ -170,10 +168,12 @@ class ContactMean(NamedTuple):
         return rise / (2.0 * _STEP)
 
     def influence(self, sample: Sample) -> Array:
-        """Return influence values, (n, speeds): each level has its own mean T_flash, and with it its factor."""
-        own = sample.numbers[FLASH]
-        rows = self.mean(sample) - self.slope(sample) * (own / own.mean(axis=0) - 1.0)
-        return self.of_mean(bins_of(sample), rows)[2]
+        """Return influence values, (n, speeds): each level has its own mean T_flash, and its own mean area."""
+        bins, own, rows = bins_of(sample), sample.numbers[FLASH], self.mean(sample)
+        if not self.by_contact:
+            rows = rows - rows.mean(axis=0) * (areas_of(bins).sum(axis=-1) - 1.0)
+        rows = rows - self.slope(sample) * (own / own.mean(axis=0) - 1.0)
+        return self.of_mean(bins, rows)[2]
 
     def value(self, sample: Sample) -> Array:
         """Return the mean over all contacts, or the function of it, (speeds,)."""
@@ -189,7 +189,7 @@ class ContactMean(NamedTuple):
             return np.zeros(self.flash.value.shape)
         temperature = bins_of(sample).temperature
         hottest = temperature >= temperature[..., -1:] * (1.0 - _ROUNDING)
-        of_areas = self.scaled(sample) * BIN_AREAS
+        of_areas = self.scaled(sample) * areas_of(bins_of(sample))
         return (of_areas * hottest).sum(axis=(0, -1)) / of_areas.sum(axis=(0, -1))
 
     def members(self, sample: Sample) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
-from roughsim.observables.distribution import LEVELS, Distribution
+from roughsim.observables.distribution import LEVELS, Distribution, Pooled, pooled_quantile
 from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
@@ -89,11 +89,13 @@ def correlation_radius(percent: int) -> Observable:
 def quantile(name: str, weight: str) -> Observable:
     """Return the record of a quantile of the temperature by a name of its level; the weight is "heat" or "area"."""
     place = list(LEVELS).index(name)
+    whole = f"temperature_quantile_{'area_' * (weight == 'area')}{name}"
     return Observable(
-        f"temperature_quantile_{'area_' * (weight == 'area')}{name}",
+        whole,
         "K",
         stored=f"temperature that {LEVELS[name]:.1%} of the {weight} of the contact does not exceed",
         measure=lambda measured: getattr(measured.distribution, f"by_{weight}")[:, place],
+        values=lambda sample: pooled(sample, whole).rows,
         asked=DISTRIBUTION,
         as_flash=True,
         per_speed=True,
@@ -104,11 +106,18 @@ def quantile(name: str, weight: str) -> Observable:
     )
 
 
-def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observable:
+def pooled(sample: Sample, stored: str) -> Pooled:
+    """Return a quantile over all contacts of a sample together; of each it is stored by this name."""
+    own = sample.numbers[stored]
+    if sample.bins is None:  # of an older version
+        return Pooled(own, np.full(own.shape[1:], True))
+    weight = "area" if "_area_" in stored else "heat"
+    return pooled_quantile(sample.bins, own, LEVELS[stored.rpartition("_")[2]], weight)
+
+
+def of_slide(name: str, unit: str, stored: str, **more: Any) -> Observable:
     """Return the record of a number that a slide stores at each speed."""
-    return Observable(
-        name, unit, stored, only_stored=True, of_slide=True, asked=asked, per_speed=True
-    )
+    return Observable(name, unit, stored, only_stored=True, of_slide=True, per_speed=True, **more)
 
 
 def over_frozen(
@@ -136,12 +145,14 @@ def seen_correlation(place: int) -> Observable:
 
 def slid_quantile(name: str, weight: str) -> Observable:
     """Return the record of a quantile at the last positions of a slide; arguments as of `quantile`."""
+    whole = f"sliding_{quantile(name, weight).name}"
     return of_slide(
-        f"sliding_{quantile(name, weight).name}",
+        whole,
         "K",
         f"temperature above the moving body's background that {LEVELS[name]:.1%} of the {weight} of the contact "
         "does not exceed, at eight positions on the last half of the slid distance",
         asked=DISTRIBUTION,
+        values=lambda sample: pooled(sample, whole).rows,
     )
 
 

@@ -5,6 +5,8 @@ rate of reaction, follows from them. They are ordered from the coldest contact t
 divide the colder half; in the hotter half, three divide each halving of the area that is hotter, down to 2^−14 of it.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +32,7 @@ _HOTTER = np.concatenate(  # fraction of the contact area that is hotter than ea
     ]
 )
 BIN_AREAS: Array = -np.diff(_HOTTER)  # fraction of the contact area in each bin
+_BISECTIONS = 25  # of the span of all temperatures
 _ROUNDING = 1e-5  # of the mean pressure: a smaller deviation within a bin is rounding
 
 
@@ -111,3 +114,86 @@ def two_pressures(bins: Bins) -> tuple[tuple[Array, Array], tuple[Array, Array]]
         bins.pressure + bins.pressure_deviation * (half + sign * root) for sign in (-1.0, 1.0)
     )
     return (low, 1.0 - upper), (high, upper)
+
+
+def areas_of(bins: Bins) -> Array:
+    """Return the areas of the bins of all contacts, (n, speeds, bins), over the mean area of a contact.
+
+    Each contact bears the same load: its area is in proportion to 1 over its mean pressure.
+    """
+    whole = 1.0 / (bins.pressure @ BIN_AREAS)
+    return BIN_AREAS * (whole / whole.mean(axis=0))[..., None]
+
+
+def share_below(bins: Bins, weights: Array, temperature: Array) -> Array:
+    """Return the share of the weights of each contact, (n, speeds, bins), that is colder than a temperature, K.
+
+    `temperature` is (n, speeds) or (speeds,), the result (n, speeds). Between the middles of two bins the share is
+    linear in the temperature.
+    """
+    return _interpolated(bins.temperature, _middles(weights), temperature)
+
+
+def _middles(weights: Array) -> Array:
+    """Return the share of the weights below the middle of each bin."""
+    total = np.cumsum(weights, axis=-1)
+    return (total - 0.5 * weights) / total[..., -1:]
+
+
+def _interpolated(temperatures: Array, shares: Array, at: Array) -> Array:
+    """Return shares, (n, speeds, bins), at a temperature, 0 below all and 1 above all."""
+    place = (temperatures <= np.expand_dims(at, -1)).sum(axis=-1)
+    last = shares.shape[-1] - 1
+    ends = np.clip(np.stack([place - 1, place], axis=-1), 0, last)
+    start, end = np.moveaxis(np.take_along_axis(temperatures, ends, axis=-1), -1, 0)
+    below, above = np.moveaxis(np.take_along_axis(shares, ends, axis=-1), -1, 0)
+    with np.errstate(all="ignore"):  # no step outside
+        between = below + (above - below) * (at - start) / (end - start)
+    return np.where(place == 0, 0.0, np.where(place > last, 1.0, between))
+
+
+class Pooled(NamedTuple):
+    """A quantile over all contacts together."""
+
+    rows: Array  # influence values, (n, speeds), K
+    known: Array  # whether the contacts show its scatter, (speeds,)
+
+
+def pooled_quantile(bins: Bins, of_contacts: Array, level: float, weight: str) -> Pooled:
+    """Return a quantile over all contacts together, weighted by "heat" or "area".
+
+    A contact of few hot spots has too few for its own highest quantiles, `of_contacts`, (n, speeds), K: their mean is
+    biased. The share below the quantile q of all contacts scatters by its standard error e, and q by this scatter
+    times its slope between the levels ± 2 e (R.S. Woodruff, J. Am. Stat. Assoc. 47, 635, 1952), unknown if these leave
+    0 to 1. The width of the bins errs alike in the quantiles of each contact, which are known without it.
+    """
+    weights = areas_of(bins) * (bins.pressure if weight == "heat" else 1.0)
+    of_contact = weights.sum(axis=-1)
+    of_contact /= of_contact.mean(axis=0)
+    shares = partial(_interpolated, bins.temperature, _middles(weights))
+    coldest, hottest = bins.temperature[..., 0], bins.temperature[..., -1]
+
+    def together(at: Array) -> Array:
+        ends = coldest.min(axis=0), hottest.max(axis=0)
+        return _crossing(lambda t: (of_contact * shares(t)).mean(axis=0), at, *ends)
+
+    pooled = together(np.full(coldest.shape[1:], level))
+    apart = of_contact * (level - shares(pooled))
+    apart -= apart.mean(axis=0)
+    error = np.sqrt((apart**2).sum(axis=0)) / len(apart)
+    low, high = level - 2.0 * error, level + 2.0 * error
+    rise = together(high) - together(low)
+    slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=error > 0.0)
+    by_bins = of_contacts - _crossing(shares, level, coldest, hottest)
+    return Pooled(pooled + slope * apart + by_bins.mean(axis=0), (low >= 0.0) & (high <= 1.0))
+
+
+def _crossing(
+    share: Callable[[Array], Array], level: Array | float, low: Array, high: Array
+) -> Array:
+    """Return the temperature between two others at which an ascending share passes a level."""
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        below = share(middle) < level
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return high

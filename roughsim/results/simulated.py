@@ -29,7 +29,8 @@ from roughsim.estimate.sliding import (
     with_background,
 )
 from roughsim.grid import Array
-from roughsim.observables.catalogue import ASKED_BY, CAMERA, DISTRIBUTION, OBSERVABLES
+from roughsim.observables.catalogue import ASKED_BY, CAMERA, DISTRIBUTION, OBSERVABLES, pooled
+from roughsim.observables.record import Sample
 from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results import share
 from roughsim.results.means import Means
@@ -72,7 +73,10 @@ class Single:
             values = self.run.reported(observable, self.name)
             if share.has_own_share(self.scene):
                 notes = *notes, share.NOTE
-        return estimate(observable, values, notes, self.scene.speeds)
+        found = estimate(observable, values, notes, self.scene.speeds)
+        if OBSERVABLES[observable].asked == DISTRIBUTION:
+            found = _where_known(found, self.run.samples(self.name)[0], observable)
+        return found
 
     def contact_temperature(self, found: Callable[[str], Estimate]) -> Estimate:
         """Return T₀ + T_flash over speed; `found` has the estimates of this column by name."""
@@ -102,6 +106,13 @@ class Single:
             PIXEL_FALL[self.name],
             sources=run.sources,
         )
+
+
+def _where_known(found: Estimate, sample: Sample, stored: str) -> Estimate:
+    """Return the estimate of a quantile, its scatter unknown where too few contacts are hotter, or colder."""
+    known = pooled(sample, stored).known
+    statistical = np.where(known, found.budget["statistical"], np.nan)
+    return replace(found, budget={**found.budget, "statistical": statistical})
 
 
 class Slid:
@@ -157,11 +168,12 @@ class Slid:
             single = Single(self.run, None).estimate(observable, all_heat=True)
             return sliding_estimate(observable, single, numbers, self._coarsening, self._continued)
         flash, stretch = self._flash()
-        values = sliding_quantile(flash, observable, numbers, self.slides.stream, stretch)
+        values = sliding_quantile(flash, observable, self.slides, stretch)
         values = values.with_errors(**self.run.scan_part(observable))
         many = len(self.slides.rows)
         note = f"T_flash of the column sliding, times this quantile over T_flash in {many} slides"
-        return estimate(observable, values, (note,), self.scene.speeds)
+        found = estimate(observable, values, (note,), self.scene.speeds)
+        return _where_known(found, self.slides, f"sliding_{observable}")
 
     def contact_temperature(self, found: Callable[[str], Estimate]) -> Estimate:
         """Return T₀ + T_flash over speed; `found` has the estimates of this column by name."""

@@ -200,7 +200,8 @@ def test_each_level_is_brought_to_the_continued_flash_temperature(foretold):
         * (temperature - 400.0)
     )
     assert found.errors["bandwidth"] == pytest.approx(slope * 11.0 / 220.0, rel=1e-4)
-    np.testing.assert_allclose(of_level.members(levels[0]), 6.0)
+    areas = 1.0 / levels[0].bins.pressure[:, 0, 0]  # of contacts that bear the same load
+    np.testing.assert_allclose(of_level.members(levels[0]), areas.sum() ** 2 / (areas @ areas))
 
 
 @pytest.mark.parametrize("warm", [False, True])
@@ -306,5 +307,5 @@ def test_a_rate_from_a_few_hot_pixels_of_one_member_has_an_unknown_error(foretol
     # where the whole contact reacts, the hottest pixels count by their area
     mild, _ = rate_of(pairs, flash, Activation(0.0, 0.0, np.array([300.0])))
     even = over("capped", pairs, mild, 1.0)
-    assert mild.members(pairs[0]) == pytest.approx(8.0)
+    assert mild.members(pairs[0]) == pytest.approx(8.0, rel=0.05)  # their areas scatter
     assert even.errors["tail"] < 1e-3
