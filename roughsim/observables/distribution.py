@@ -141,7 +141,7 @@ def _middles(weights: Array) -> Array:
 
 
 def _interpolated(temperatures: Array, shares: Array, at: Array) -> Array:
-    """Return shares, (n, speeds, bins), at a temperature, 0 below all and 1 above all."""
+    """Return shares, (n, speeds, bins), at a temperature, 0 below all and 1 above all; NaN of unknown temperatures."""
     place = (temperatures <= np.expand_dims(at, -1)).sum(axis=-1)
     last = shares.shape[-1] - 1
     ends = np.clip(np.stack([place - 1, place], axis=-1), 0, last)
@@ -149,7 +149,8 @@ def _interpolated(temperatures: Array, shares: Array, at: Array) -> Array:
     below, above = np.moveaxis(np.take_along_axis(shares, ends, axis=-1), -1, 0)
     with np.errstate(all="ignore"):  # no step outside
         between = below + (above - below) * (at - start) / (end - start)
-    return np.where(place == 0, 0.0, np.where(place > last, 1.0, between))
+    between = np.where(place > last, 1.0, between)
+    return np.where(place == 0, 0.0 * start, between)
 
 
 class Pooled(NamedTuple):

@@ -101,6 +101,31 @@ def test_a_contact_of_one_temperature_has_it_as_its_activation_temperature(volum
         assert temperature == pytest.approx(-EV / (BOLTZMANN * log_mean), rel=1e-12)
 
 
+@pytest.mark.parametrize("warm", [False, True])
+def test_contacts_react_by_their_area(warm):
+    # under the same load one of three times the pressure has a third of the area
+    shape = np.ones((2, 1, BIN_AREAS.size))
+    kelvin, pressure = (
+        np.array(pair)[:, None, None] * shape for pair in ([200.0, 300.0], [1e9, 3e9])
+    )
+    pair = lowest(np.array([[200.0], [300.0]]))
+    object.__setattr__(pair, "bins", Bins(kelvin, pressure, 0.0 * shape, 0.0 * shape))
+    activation = Activation(EV, 2e-29, np.array([500.0]))
+    make = of_temperature if warm else lambda *given: rate_of(*given)[0]
+    of_level = make([pair], flash_values(250.0), activation)
+
+    def rates(temperature):
+        return np.exp((np.array([1e9, 3e9]) * 2e-29 - EV) / (BOLTZMANN * temperature))
+
+    scale = np.log(rates(np.array([700.0, 800.0])).max())
+    exact = np.array([0.75, 0.25]) @ rates(np.array([700.0, 800.0]))
+    if warm:
+        found = scipy.optimize.brentq(lambda t: np.array([0.75, 0.25]) @ rates(t) - exact, 500, 900)
+        assert of_level.value(pair) == pytest.approx(found, rel=1e-9)
+    else:
+        assert of_level.value(pair) == pytest.approx(exact * np.exp(-scale), rel=1e-9)
+
+
 @pytest.mark.parametrize("volume", [0.0, 2e-29])
 def test_the_rate_follows_from_the_activation_temperature_with_its_errors(volume):
     activation = Activation(EV, volume, np.array([650.0]))

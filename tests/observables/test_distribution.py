@@ -8,7 +8,9 @@ import roughsim as rs
 from roughsim.observables.distribution import (
     BIN_AREAS,
     LEVELS,
+    Bins,
     binned,
+    pooled_quantile,
     two_pressures,
     weighted_quantiles,
 )
@@ -106,6 +108,86 @@ def test_the_mean_of_an_exponential_over_normal_temperature_and_pressure_is_clos
         assert BIN_AREAS @ found == pytest.approx(
             exact, rel=4 * spread / np.sqrt(z.size) + 3e-3
         )  # width of the bins
+
+
+def together(*contacts):
+    """Bins of contacts at one speed, each with ascending temperatures and pressures of its points."""
+    return Bins(
+        *(np.array(part)[:, None] for part in zip(*(binned(*c) for c in contacts), strict=True))
+    )
+
+
+def even(low, pressure, count=4000):
+    """A contact of one pressure whose temperature is uniform from `low` to 1 above."""
+    return low + (np.arange(count) + 0.5) / count, np.full(count, pressure)
+
+
+@pytest.mark.parametrize(("weight", "cold"), [("heat", 0.5), ("area", 0.75)])
+@pytest.mark.parametrize("level", [0.25, 0.6, 0.9, 0.99])
+def test_quantiles_of_two_contacts_together_are_closed(weight, cold, level):
+    # under the same load the hotter one of three times the pressure has a third of the area, and as much heat
+    bins = together(even(0.0, 1e9), even(1.0, 3e9))
+    found = pooled_quantile(bins, np.array([[level], [1.0 + level]]), level, weight)
+    exact = level / cold if level < cold else 1.0 + (level - cold) / (1.0 - cold)
+    assert found.rows.mean(axis=0) == pytest.approx(exact, abs=1e-3)
+
+
+@pytest.mark.parametrize("weight", ["heat", "area"])
+def test_alike_contacts_have_their_own_quantiles_without_scatter(weight):
+    rng = np.random.default_rng(11)
+    one = np.sort(rng.gamma(2.0, 50.0, 300)), rng.gamma(2.0, 1e8, 300)
+    for level in P:
+        found = pooled_quantile(together(*[one] * 3), np.full((3, 1), 123.0), level, weight)
+        np.testing.assert_allclose(found.rows, 123.0, rtol=1e-6)
+        assert found.known.all()
+
+
+def of_one_temperature(count):
+    """Contacts of one temperature each, of an exponential distribution, in random order."""
+    temperature = -np.log1p(-(np.arange(count) + 0.5) / count)
+    return np.random.default_rng(11).permutation(temperature)
+
+
+@pytest.mark.parametrize("level", [0.5, 0.9, 0.99])
+def test_single_spots_have_the_quantiles_of_a_sample_and_their_error(level):
+    # each spot is its own quantile: these average to 1. The exact error is √(p(1 − p)/n)/f, f = 1 − p the density
+    n = 4000
+    own = of_one_temperature(n)[:, None]
+    shape = np.ones((n, 1, BIN_AREAS.size))
+    bins = Bins(own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
+    rows, known = pooled_quantile(bins, own, level, "heat")
+    assert rows.mean() == pytest.approx(-np.log(1.0 - level), abs=0.02)
+    error = np.sqrt(level / (1.0 - level) / n)
+    assert rows.std() / np.sqrt(n) == pytest.approx(error, rel=0.1)
+    assert known.all()
+
+
+@pytest.mark.parametrize(("spots", "known"), [(300, False), (500, True)])
+def test_a_quantile_beyond_which_lie_too_few_spots_is_unknown(spots, known):
+    # 99 % + 2 √(.99 .01/n) is 1 at n = 396
+    own = of_one_temperature(spots)[:, None]
+    shape = np.ones((spots, 1, BIN_AREAS.size))
+    for sign, level in (1.0, 0.99), (-1.0, 0.01):
+        bins = Bins(sign * own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
+        assert pooled_quantile(bins, sign * own, level, "area").known == known
+
+
+@pytest.mark.parametrize("weight", ["heat", "area"])
+@pytest.mark.parametrize("level", [0.25, 0.5, 0.9])
+def test_influence_values_of_a_pooled_quantile_are_those_of_a_jackknife(weight, level):
+    n, rng = 40, np.random.default_rng(8)
+    contacts = [even(*pair) for pair in rng.uniform([0.0, 1e9], [2.0, 4e9], (n, 2))]
+    own = np.array([[contact[0][0] + level] for contact in contacts])
+
+    def value(chosen):
+        bins = together(*(contacts[i] for i in chosen))
+        return pooled_quantile(bins, own[chosen], level, weight).rows
+
+    rows = value(np.arange(n))[:, 0]
+    without = np.array([value(np.delete(np.arange(n), i)).mean() for i in range(n)])
+    error = np.sqrt((n - 1) * np.mean((without - without.mean()) ** 2))
+    assert rows.std(ddof=1) / np.sqrt(n) == pytest.approx(error, rel=0.15)
+    assert np.corrcoef(rows, -without)[0, 1] > 0.98
 
 
 STEEL = {"conductivity": 30.0, "diffusivity": 7.6e-6}

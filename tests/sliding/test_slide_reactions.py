@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import optimize
 from slide_cases import SLIDING
 from stored_cases import read_member, split_members, write_member
 
@@ -164,15 +165,42 @@ def test_twins_that_slide_slowly_have_half_the_temperatures_of_a_resting_contact
     )
 
 
+def of_both(bins, own, level, name):
+    """A quantile over two contacts under one load together, each of which is `own` without the width of its bins."""
+    middles, areas, by_bins = [], [], []
+    for temperature, pressure in bins:
+        weight = BIN_AREAS * (1.0 if "area" in name else pressure)
+        middles.append((np.cumsum(weight) - 0.5 * weight) / weight.sum())
+        areas.append(1.0 / (BIN_AREAS @ pressure) if "area" in name else 1.0)
+        by_bins.append(np.interp(level, middles[-1], temperature))
+
+    def below(kelvin):
+        shares = [
+            np.interp(kelvin, temperature, middle, left=0.0, right=1.0)
+            for (temperature, _), middle in zip(bins, middles, strict=True)
+        ]
+        return np.average(shares, weights=areas) - level
+
+    ends = min(t[0] for t, _ in bins) - 1.0, max(t[-1] for t, _ in bins) + 1.0
+    return optimize.brentq(below, *ends) + np.mean(own - by_bins)
+
+
 def test_the_column_sliding_has_quantiles_about_its_own_flash_temperature(asked):
     flash = asked.estimate("flash_temperature", "sliding")
     numbers = [asked.members[SLIDE, i].numbers for i in (0, 1)]
     slid = np.mean([one["sliding_flash_temperature"] for one in numbers], axis=0)
+    bins = [read_member(asked.folder, SLIDE, i).moments[0].bins for i in (0, 1)]
     for name in NAMES:
-        found = asked.estimate(name, "sliding")
-        hot = np.mean([one[f"sliding_{name}"] for one in numbers], axis=0)
+        found, level = asked.estimate(name, "sliding"), LEVELS[name.rpartition("_")[2]]
+        own = np.array([one[f"sliding_{name}"] for one in numbers])
+        hot = [
+            of_both([(one.temperature[k], one.pressure[k]) for one in bins], own[:, k], level, name)
+            for k in (0, 1)
+        ]
         # one level, and so nothing beyond it to continue
-        assert found.mean == pytest.approx(flash.mean * hot / slid, rel=1e-9)
+        assert found.mean == pytest.approx(flash.mean * hot / slid, rel=1e-5)
+        apart = np.abs(own - own.mean(axis=0)).max(axis=0)
+        assert (np.abs(hot - own.mean(axis=0)) < 1.5 * apart).all()
         assert (found.budget["slide"] > 0.03 * np.abs(flash.mean) * 0.99).all()
     assert {*asked.estimates("sliding")} == {
         "flash_temperature",
@@ -201,12 +229,13 @@ def test_reactions_of_the_column_sliding(asked):
         [asked.members[SLIDE, i].numbers["sliding_flash_temperature"] for i in (0, 1)], axis=0
     )
     mean = np.zeros(2)
-    for one in bins:
+    areas = np.array([1.0 / (one.pressure @ BIN_AREAS) for one in bins])  # under the same load
+    for one, weight in zip(bins, areas / areas.sum(axis=0), strict=True):
         kelvin = 600.0 + one.temperature * (flash.mean / slid)[:, None]
-        mean += 0.5 * np.exp(-1.602176634e-19 / (1.380649e-23 * kelvin)) @ BIN_AREAS
+        mean += weight * (np.exp(-1.602176634e-19 / (1.380649e-23 * kelvin)) @ BIN_AREAS)
     assert rate.mean == pytest.approx(1e13 * area * mean, rel=1e-6)
     assert warm.mean == pytest.approx(-1.602176634e-19 / (1.380649e-23 * np.log(mean)), rel=1e-9)
-    by_area = np.mean([one.temperature @ BIN_AREAS for one in bins], axis=0)
+    by_area = np.average([one.temperature @ BIN_AREAS for one in bins], axis=0, weights=areas)
     assert (warm.mean > 600.0 + by_area * flash.mean / slid).all()  # Jensen
     share = found(asked, "heat_share_above", temperature=700.0)
     assert share.mean[0] == 0.0
