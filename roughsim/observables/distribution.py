@@ -181,7 +181,7 @@ def pooled_quantile(bins: Bins, of_contacts: Array, level: float, weight: str) -
     pooled = together(np.full(coldest.shape[1:], level))
     apart = of_contact * (level - shares(pooled))
     apart -= apart.mean(axis=0)
-    error = np.sqrt((apart**2).sum(axis=0)) / len(apart)
+    error = np.sqrt((apart**2).sum(axis=0) / (len(apart) * max(len(apart) - 1, 1)))
     low, high = level - 2.0 * error, level + 2.0 * error
     rise = together(high) - together(low)
     slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=error > 0.0)

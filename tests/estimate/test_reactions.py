@@ -101,29 +101,51 @@ def test_a_contact_of_one_temperature_has_it_as_its_activation_temperature(volum
         assert temperature == pytest.approx(-EV / (BOLTZMANN * log_mean), rel=1e-12)
 
 
-@pytest.mark.parametrize("warm", [False, True])
-def test_contacts_react_by_their_area(warm):
-    # under the same load one of three times the pressure has a third of the area
+def pair_under_one_load(cold=(200.0, 300.0), hottest=(200.0, 300.0)):
+    """Contacts at 1 and 3 GPa: under the same load the second has a third of the area of the first."""
     shape = np.ones((2, 1, BIN_AREAS.size))
-    kelvin, pressure = (
-        np.array(pair)[:, None, None] * shape for pair in ([200.0, 300.0], [1e9, 3e9])
-    )
-    pair = lowest(np.array([[200.0], [300.0]]))
+    pair = lowest(np.full((2, 1), 250.0))
+    kelvin, pressure = (np.array(two)[:, None, None] * shape for two in (cold, (1e9, 3e9)))
+    kelvin[..., -1] = np.array(hottest)[:, None]
     object.__setattr__(pair, "bins", Bins(kelvin, pressure, 0.0 * shape, 0.0 * shape))
+    return pair
+
+
+def test_contacts_react_by_their_area():
+    pair, flash = pair_under_one_load(), flash_values(250.0)
     activation = Activation(EV, 2e-29, np.array([500.0]))
-    make = of_temperature if warm else lambda *given: rate_of(*given)[0]
-    of_level = make([pair], flash_values(250.0), activation)
 
-    def rates(temperature):
-        return np.exp((np.array([1e9, 3e9]) * 2e-29 - EV) / (BOLTZMANN * temperature))
+    def mean(kelvin):
+        return np.exp((np.array([1e9, 3e9]) * 2e-29 - EV) / (BOLTZMANN * kelvin)) @ [0.75, 0.25]
 
-    scale = np.log(rates(np.array([700.0, 800.0])).max())
-    exact = np.array([0.75, 0.25]) @ rates(np.array([700.0, 800.0]))
-    if warm:
-        found = scipy.optimize.brentq(lambda t: np.array([0.75, 0.25]) @ rates(t) - exact, 500, 900)
-        assert of_level.value(pair) == pytest.approx(found, rel=1e-9)
-    else:
-        assert of_level.value(pair) == pytest.approx(exact * np.exp(-scale), rel=1e-9)
+    of_level, scale = rate_of([pair], flash, activation)
+    exact = mean(np.array([700.0, 800.0]))
+    assert of_level.value(pair) * np.exp(scale) == pytest.approx(exact, rel=1e-9)
+    warm = scipy.optimize.brentq(lambda kelvin: mean(kelvin) - exact, 500.0, 900.0)
+    of_warm = of_temperature([pair], flash, activation)
+    assert of_warm.value(pair) == pytest.approx(warm, rel=1e-9)
+    rate = activation._replace(scale=scale).of_uniform_temperature(flash_values(warm), pair)
+    assert rate.value * np.exp(scale) == pytest.approx(exact, rel=1e-9)
+
+
+def test_the_hottest_pixels_count_by_the_area_of_their_contact():
+    pair = pair_under_one_load(hottest=(400.0, 900.0))
+    of_level = ContactMean(lambda bins, factor: bins.temperature, flash_values(250.0))
+    last = BIN_AREAS[-1]
+    hot = last * (0.75 * 400.0 + 0.25 * 900.0)
+    whole = hot + (1.0 - last) * (0.75 * 200.0 + 0.25 * 300.0)
+    assert of_level.tail(pair) == pytest.approx(hot / whole, rel=1e-9)
+
+
+def test_contacts_under_one_load_set_free_as_much_heat():
+    pair = pair_under_one_load()
+    above = ContactMean(
+        lambda bins, factor: heat_above(bins, factor, np.array([250.0])),
+        flash_values(250.0),
+        by_contact=True,
+    )
+    np.testing.assert_allclose(above.influence(pair), [[0.0], [1.0]], atol=1e-12)
+    assert above.value(pair) == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("volume", [0.0, 2e-29])
