@@ -110,9 +110,10 @@ class Single:
 
 def _where_known(found: Estimate, sample: Sample, stored: str) -> Estimate:
     """Return the estimate of a quantile, its scatter unknown where too few contacts are hotter, or colder."""
-    known = pooled(sample, stored).known
-    statistical = np.where(known, found.budget["statistical"], np.nan)
-    return replace(found, budget={**found.budget, "statistical": statistical})
+    statistical = found.budget["statistical"]
+    known = pooled(sample, stored).known | (statistical == 0.0)  # exact at rest
+    budget = {**found.budget, "statistical": np.where(known, statistical, np.nan)}
+    return replace(found, budget=budget)
 
 
 class Slid:

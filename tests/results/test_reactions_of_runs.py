@@ -20,7 +20,7 @@ from roughsim.charts.plot import plot_run
 from roughsim.charts.style import Look
 from roughsim.cli import app
 from roughsim.errors import RecordError
-from roughsim.observables.catalogue import observables_of
+from roughsim.observables.catalogue import observables_of, pooled
 from roughsim.observables.distribution import BIN_AREAS, LEVELS
 from roughsim.results.export import export_run
 from roughsim.results.simulated import Single
@@ -113,6 +113,16 @@ def test_quantiles_ascend_and_bracket_the_flash_temperature(asked):
     assert quantile.unit == "K"
     assert quantile.total_error[1] > 0.0
     assert {*quantile.budget} >= {"statistical", "bandwidth", "pixel", "size", "solver"}
+
+
+def test_the_scatter_of_a_quantile_is_unknown_where_too_few_contacts_are_hotter(asked):
+    sample = asked.samples()[0]
+    known = {name: bool(pooled(sample, name).known[1]) for name in NAMES}
+    for name in NAMES:
+        unknown = ["statistical" in asked.estimate(name).unknown_at(k) for k in (0, 1)]
+        assert unknown == [False, not known[name]]
+    assert known["temperature_quantile_50"]
+    assert not known["temperature_quantile_area_999"]  # of five contacts
 
 
 def test_rows_of_a_reaction_have_their_energy_in_ev(asked):
