@@ -184,7 +184,7 @@ def pooled_quantile(bins: Bins, of_contacts: Array, level: float, weight: str) -
     error = np.sqrt((apart**2).sum(axis=0) / (len(apart) * max(len(apart) - 1, 1)))
     low, high = level - 2.0 * error, level + 2.0 * error
     rise = together(high) - together(low)
-    slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=error > 0.0)
+    slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=high > low)
     by_bins = of_contacts - _crossing(shares, level, coldest, hottest)
     return Pooled(pooled + slope * apart + by_bins.mean(axis=0), (low >= 0.0) & (high <= 1.0))
 

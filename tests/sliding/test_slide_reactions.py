@@ -7,8 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy import optimize
-from slide_cases import SLIDING
+from slide_cases import SLIDING, of_all
 from stored_cases import read_member, split_members, write_member
 
 import roughsim as rs
@@ -23,6 +22,7 @@ from roughsim.sliding.member import faces, solve_slide
 
 pytestmark = pytest.mark.usefixtures("few_fields")
 SLIDE = 1  # its level
+BINNED = "temperature", "pressure"
 ASKS = (
     'history = "sliding"\nslid_distance = "1 mm"\nbackground_temperature = "600 K"\n',
     '[reaction]\nactivation_energy = ["0 eV", "1 eV"]\nprefactor = "1e13 1/s"\n[observables]\nheat_above = "700 K"\n',
@@ -165,26 +165,6 @@ def test_twins_that_slide_slowly_have_half_the_temperatures_of_a_resting_contact
     )
 
 
-def of_both(bins, own, level, name):
-    """A quantile over two contacts under one load together, each of which is `own` without the width of its bins."""
-    middles, areas, by_bins = [], [], []
-    for temperature, pressure in bins:
-        weight = BIN_AREAS * (1.0 if "area" in name else pressure)
-        middles.append((np.cumsum(weight) - 0.5 * weight) / weight.sum())
-        areas.append(1.0 / (BIN_AREAS @ pressure) if "area" in name else 1.0)
-        by_bins.append(np.interp(level, middles[-1], temperature))
-
-    def below(kelvin):
-        shares = [
-            np.interp(kelvin, temperature, middle, left=0.0, right=1.0)
-            for (temperature, _), middle in zip(bins, middles, strict=True)
-        ]
-        return np.average(shares, weights=areas) - level
-
-    ends = min(t[0] for t, _ in bins) - 1.0, max(t[-1] for t, _ in bins) + 1.0
-    return optimize.brentq(below, *ends) + np.mean(own - by_bins)
-
-
 def test_the_column_sliding_has_quantiles_about_its_own_flash_temperature(asked):
     flash = asked.estimate("flash_temperature", "sliding")
     numbers = [asked.members[SLIDE, i].numbers for i in (0, 1)]
@@ -193,10 +173,10 @@ def test_the_column_sliding_has_quantiles_about_its_own_flash_temperature(asked)
     for name in NAMES:
         found, level = asked.estimate(name, "sliding"), LEVELS[name.rpartition("_")[2]]
         own = np.array([one[f"sliding_{name}"] for one in numbers])
-        hot = [
-            of_both([(one.temperature[k], one.pressure[k]) for one in bins], own[:, k], level, name)
-            for k in (0, 1)
-        ]
+        hot = []
+        for k in (0, 1):
+            both = (np.array([getattr(one, of)[k] for one in bins]) for of in BINNED)
+            hot.append(of_all(*both, own[:, k], level, by_area="area" in name))
         # one level, and so nothing beyond it to continue
         assert found.mean == pytest.approx(flash.mean * hot / slid, rel=1e-5)
         apart = np.abs(own - own.mean(axis=0)).max(axis=0)
