@@ -192,6 +192,8 @@ def judged(rows: Rows, runs: int) -> dict[str, float]:
             f"{short}_held": int(sum(held)),
             f"{short}_known": len(held),
         }
+    for key in ("held", "known"):
+        numbers[key] = sum(number for name, number in numbers.items() if name.endswith(f"_{key}"))
     return numbers
 
 
