@@ -104,7 +104,9 @@ def frame(lengths: tuple[float, float], unit: str, longer: int) -> dict[str, Any
     """Return sides in screen pixels of a map of a cell, the longer one given, and labels of its axes."""
     width, height = (max(int(longer * length / max(lengths)), 90) for length in lengths)
     labels = {f"{axis}_axis_label": f"{axis} ({unit})" for axis in "xy"}
-    return {"frame_width": width, "frame_height": height, **labels}
+    # else a map that is broken into a line of its own is stretched over it
+    still = {"flex": "0 1 auto"}
+    return {"frame_width": width, "frame_height": height, "styles": still, **labels}
 
 
 class MapPanel:
@@ -248,7 +250,7 @@ class _CurvePanel:
         axes = {"x_axis_type": "log", "y_axis_type": kind}
         axes |= {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
         self.figure = figure(
-            title=title, width=312, height=270, tools="pan,wheel_zoom,box_zoom,reset,save", **axes
+            title=title, width=286, height=270, tools="pan,wheel_zoom,box_zoom,reset,save", **axes
         )
         self.sources = {"theory": empty_source("x", "y", "calibrated")}
         line = {"line_width": 1.5, "source": self.sources["theory"]}
@@ -266,6 +268,8 @@ class _CurvePanel:
         if self.over_speed:
             self.figure.add_layout(self.chosen_speed)
             self.figure.legend.visible = False  # one legend is enough for the row
+        else:
+            self.figure.legend.location = "bottom_left"  # below the curves, which begin high
 
     def show_theory(self, x: Field, y: Field, calibrated: Field) -> None:
         """Show the curves of the theory; SI."""

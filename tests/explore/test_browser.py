@@ -92,7 +92,8 @@ STATE = """() => {
   const ends = name => [find(name).x_range.start, find(name).x_range.end];
   return {title: find('temperature').title.text, sum: sum('temperature'), width: image('heights').dw[0],
           ends: ['heights', 'pressure', 'temperature'].map(ends), values: find('values').text,
-          angle: find('angle').value, problems: find('problems').text, speed: find('speed_box').value}
+          angle: find('angle').value, problems: find('problems').text, speed: find('speed_box').value,
+          widths: ['heights', 'pressure', 'temperature'].map(name => find(name).inner_width)}
 }"""
 
 
@@ -137,5 +138,7 @@ def look_at(tab, address):
         tab.keyboard.press("ArrowRight")
     turned = until(tab, lambda state: state["angle"] == 3 and "m/s" in state["title"])
     assert turned["problems"] == ""
+    tab.set_viewport_size({"width": 1000, "height": 1200})  # two maps in a line, one in the next
+    until(tab, lambda state: state["widths"] == [300, 300, 300])
     assert errors == []
     assert [url for url in requests if not url.startswith((address, "data:", "blob:"))] == []
