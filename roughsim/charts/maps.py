@@ -213,11 +213,12 @@ def _sliding_arrow(axes: Axes, speed: float | None) -> None:
     """Show above a map which way the source slides through the body."""
     if speed is None:
         return
-    tail, tip = sorted([(0.02, 1.03), (0.16, 1.03)], reverse=speed < 0.0)
+    # to the right of the letter of the panel
+    tail, tip = sorted([(0.10, 1.03), (0.24, 1.03)], reverse=speed < 0.0)
     style: Any = {"arrowprops": {"arrowstyle": "->", "lw": 1.0}}
     axes.annotate("", tip, tail, xycoords="axes fraction", textcoords="axes fraction", **style)
     words = "sliding" if speed > 0.0 else "sliding (−x)"
-    axes.text(0.18, 1.03, words, transform=axes.transAxes, va="center", fontsize=8)
+    axes.text(0.26, 1.03, words, transform=axes.transAxes, va="center", fontsize=8)
 
 
 def colour_bar(figure: Figure, image: Any, axes: Any, label: str, side: str) -> None:
