@@ -14,7 +14,6 @@ from roughsim.estimate.errors import half_width, spread, widened
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.mean import Mean, mean_of
 from roughsim.grid import Array
-from roughsim.observables.catalogue import NUMBERS, OBSERVABLES
 from roughsim.observables.record import Sample, ratio
 from roughsim.prediction.sliding import WHOLE, SlidingContinuation
 from roughsim.table import Estimate
@@ -159,13 +158,13 @@ def sliding_flash(
     return single * replace(mean_of(stream, rows), errors={"slide": np.asarray(uncertainty)})
 
 
-def sliding_quantile(flash: Mean, name: str, slides: Sample, stretch: Array) -> Mean:
+def sliding_quantile(flash: Mean, rows: Array, slides: Sample, stretch: Array) -> Mean:
     """Return a quantile of the temperature over the contact of sliding bodies, K.
 
-    It is `flash`, `sliding_flash` of the same slides, times the quantile over T_flash of all slides. From the cut-off
-    of the slide to the end of C(q) its difference from 1 grows by the factor `stretch`, (speeds,).
+    It is `flash`, `sliding_flash` of the same slides, times the quantile over T_flash of the slides, whose influence
+    values are `rows`. From the cut-off of the slide to the end of C(q) its difference from 1 grows by the factor
+    `stretch`, (speeds,).
     """
-    rows = NUMBERS[f"sliding_{name}"].of_level(slides)
     drawn = mean_of(slides.stream, ratio(rows, slides.numbers["sliding_flash_temperature"]))
     over_flash = (drawn - 1.0) * stretch + 1.0
     found = flash * over_flash
@@ -189,14 +188,12 @@ def stretched(sample: Sample, stretch: Array) -> Sample:
     return replace(sample, bins=sample.bins._replace(temperature=temperature), below=sample)
 
 
-def stretch_of(flash: Mean, hot: Mean, lowest: Sample) -> Array:
+def stretch_of(flash: Mean, hot: Mean, lowest: Array) -> Array:
     """Return the growth of the distribution about T_flash in frozen contact, (speeds,), from its lowest level on.
 
-    `flash` and `hot` are T_flash and the quantile `HOT` at the end of C(q).
+    `flash` and `hot` are T_flash and the quantile `HOT` at the end of C(q); `lowest` is the quantile over T_flash.
     """
-    drawn = (
-        OBSERVABLES[HOT].of_level(lowest).mean(axis=0) / lowest.numbers[FLASH].mean(axis=0) - 1.0
-    )
+    drawn = lowest - 1.0
     with np.errstate(all="ignore"):  # of a uniform temperature
         growth = (hot.value / flash.value - 1.0) / drawn
     return np.where((drawn > _UNIFORM) & np.isfinite(growth), growth, 1.0)

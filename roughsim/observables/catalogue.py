@@ -115,9 +115,11 @@ def pooled(sample: Sample, stored: str) -> Pooled:
     return pooled_quantile(sample.bins, own, LEVELS[stored.rpartition("_")[2]], weight)
 
 
-def of_slide(name: str, unit: str, stored: str, **more: Any) -> Observable:
+def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observable:
     """Return the record of a number that a slide stores at each speed."""
-    return Observable(name, unit, stored, only_stored=True, of_slide=True, per_speed=True, **more)
+    return Observable(
+        name, unit, stored, only_stored=True, of_slide=True, asked=asked, per_speed=True
+    )
 
 
 def over_frozen(
@@ -145,14 +147,12 @@ def seen_correlation(place: int) -> Observable:
 
 def slid_quantile(name: str, weight: str) -> Observable:
     """Return the record of a quantile at the last positions of a slide; arguments as of `quantile`."""
-    whole = f"sliding_{quantile(name, weight).name}"
     return of_slide(
-        whole,
+        f"sliding_{quantile(name, weight).name}",
         "K",
         f"temperature above the moving body's background that {LEVELS[name]:.1%} of the {weight} of the contact "
         "does not exceed, at eight positions on the last half of the slid distance",
         asked=DISTRIBUTION,
-        values=lambda sample: pooled(sample, whole).rows,
     )
 
 

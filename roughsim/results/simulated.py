@@ -160,7 +160,9 @@ class Slid:
         run, slides = self.run, self.slides
         single = run.values(FLASH)
         flash = sliding_flash(single, slides.numbers, self._coarsening, slides.stream)
-        return flash, stretch_of(single, run.values(HOT), run.samples()[0])
+        lowest = run.samples()[0]
+        hot = OBSERVABLES[HOT].of_level(lowest).mean(axis=0) / lowest.numbers[FLASH].mean(axis=0)
+        return flash, stretch_of(single, run.values(HOT), hot)
 
     def estimate(self, observable: str) -> Estimate:
         """Return an estimate, in which the share of the heat follows from the slides."""
@@ -169,7 +171,8 @@ class Slid:
             single = Single(self.run, None).estimate(observable, all_heat=True)
             return sliding_estimate(observable, single, numbers, self._coarsening, self._continued)
         flash, stretch = self._flash()
-        values = sliding_quantile(flash, observable, self.slides, stretch)
+        rows = pooled(self.slides, f"sliding_{observable}").rows
+        values = sliding_quantile(flash, rows, self.slides, stretch)
         values = values.with_errors(**self.run.scan_part(observable))
         many = len(self.slides.rows)
         note = f"T_flash of the column sliding, times this quantile over T_flash in {many} slides"

@@ -226,24 +226,20 @@ def test_values_of_the_slide_have_the_mean_and_the_scatter_of_its_estimate():
 def test_a_quantile_is_its_ratio_to_t_flash_widened_as_the_frozen_distribution():
     flash = values(200.0, np.zeros(12))
     flash = replace(flash, errors={"bandwidth": np.array([8.0]), "slide": np.array([6.0])})
-    hot, name = 220.0 + 20.0 * np.tile([-1.0, 1.0], 20)[:, None], "temperature_quantile_99"
-
-    def slides(hot):
-        own = {"sliding_flash_temperature": np.full((40, 1), 110.0)}
-        return lowest(hot, name=f"sliding_{name}", stream=7, **own)
-
-    plain = sliding_quantile(flash, name, slides(hot), np.ones(1))
+    hot = 220.0 + 20.0 * np.tile([-1.0, 1.0], 20)[:, None]
+    slides = lowest(np.full((40, 1), 110.0), name="sliding_flash_temperature", stream=7)
+    plain = sliding_quantile(flash, hot, slides, np.ones(1))
     assert plain.value == pytest.approx([400.0])
     assert plain.errors["bandwidth"] == pytest.approx([16.0])
     assert plain.errors["slide"] == pytest.approx([hypot(12.0, 200.0 * 0.03 * 2.0)])
     assert spread_of(plain)[0] == pytest.approx([200.0 / 110.0 * 20.0 / sqrt(39)])
-    wide = sliding_quantile(flash, name, slides(hot), np.array([1.2]))
+    wide = sliding_quantile(flash, hot, slides, np.array([1.2]))
     assert wide.value == pytest.approx([200.0 * 2.2])  # 1 + 1.2 (2 − 1)
     assert wide.errors["slide"] == pytest.approx(
         [hypot(6.0 * 2.2, 200.0 * 0.03 * 2.2, 200.0 * 0.2)]
     )
     assert spread_of(wide)[0] == pytest.approx(1.2 * spread_of(plain)[0])
-    cold = sliding_quantile(flash, name, slides(np.full((40, 1), 11.0)), np.ones(1))
+    cold = sliding_quantile(flash, np.full((40, 1), 11.0), slides, np.ones(1))
     assert cold.value == pytest.approx([20.0])
     assert cold.errors["slide"] == pytest.approx(
         [hypot(0.6, 200.0 * 0.03)]
@@ -273,14 +269,11 @@ def test_bins_widen_about_t_flash():
 
 
 def test_the_growth_of_the_frozen_distribution_is_read_off_its_hot_quantile():
-    sample = contacts(0.0)
-    sample.numbers["temperature_quantile_99"] = np.full((6, 1), 250.0)
     hot, flash = values(190.0, np.zeros(6)), values(70.0, np.zeros(6))
-    # over T_flash 1.5 at the lowest level, and 190/70 − 1 at the end
-    assert stretch_of(flash, hot, sample) == pytest.approx([(190.0 / 70.0 - 1.0) / 1.5])
-    even = {"temperature_quantile_99": np.full((6, 1), 100.0)}
-    sample = replace(sample, numbers=sample.numbers | even)
-    assert stretch_of(flash, hot, sample) == 1.0  # nothing to widen
+    # over T_flash 2.5 at the lowest level, and 190/70 at the end
+    found = stretch_of(flash, hot, np.array([2.5]))
+    assert found == pytest.approx([(190.0 / 70.0 - 1.0) / 1.5])
+    assert stretch_of(flash, hot, np.ones(1)) == 1.0  # nothing to widen
 
 
 def test_contacts_of_one_temperature_react_as_at_t_flash_of_the_slide():
