@@ -1,6 +1,7 @@
 """Estimates of the column calibrated: quantiles and reactions of contacts that the law draws, with all their errors.
 
-The contacts are members without a solver (`roughsim.prediction.fields`), and are averaged as members are. Two parts
+The contacts are members without a solver (`roughsim.prediction.fields`), and are averaged as members are, but for
+their quantiles, which are the mean over the fields. Two parts
 of the error are their own: "form", as solved contacts are evener than the fields, the slower the more if these are not
 corrected at rest, and "law".
 """
