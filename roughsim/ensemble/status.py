@@ -43,12 +43,8 @@ def at_work(process: str | None) -> str:
 
 def outcome(run: Run) -> str:
     """Return the reason of the end of a run, with the errors and their targets."""
-    why = run.rounds.verdict.why if run.rounds.verdict else ""
-    return (
-        ("target not reached: " if run.until and not run.target_met else "")
-        + why
-        + _errors_text(run)
-    )
+    missed = "target not reached: " if run.until and not run.target_met else ""
+    return missed + run.rounds.verdict.why + _errors_text(run)
 
 
 def _errors_text(run: Run) -> str:
@@ -67,7 +63,7 @@ def seconds_left(run: Run) -> float | None:
 
     A level without members takes as long as the others for its modelled work.
     """
-    if run.rounds.verdict is None:
+    if not (run.rounds.number or run.finished):
         return None
     spent = run.members.spent
     works = [work(run.numerics, level) for level in range(len(spent))]

@@ -47,22 +47,26 @@ class Verdict(NamedTuple):
 
 
 class Rounds(NamedTuple):
-    """The state of a run: `counts` of the last complete round, or of the members of the first; `wanted` of the next."""
+    """The state of a run: `counts` of the last complete round, or of the members of the first."""
 
     counts: Counts
-    wanted: Counts
     number: int  # of the round that `wanted` is
-    verdict: Verdict | None  # on `counts`; None before the first round is complete
+    verdict: Verdict  # on `counts`; it asks for the first round until that is complete
+
+    @property
+    def wanted(self) -> Counts:
+        """Members of the round at work, or of the last one."""
+        return self.verdict.next or self.counts
 
     @property
     def finished(self) -> bool:
         """Whether no round follows."""
-        return self.verdict is not None and self.verdict.next is None
+        return self.verdict.next is None
 
     @property
     def met(self) -> bool:
         """Whether the targets are met."""
-        return self.verdict is not None and self.verdict.met
+        return self.verdict.met
 
 
 def replay(
@@ -72,7 +76,7 @@ def replay(
     wanted = first_counts(numerics, most)
     number = 0
     counts = tuple(min(pair) for pair in zip(wanted, available, strict=True))
-    verdict = None
+    verdict = Verdict(False, wanted, wanted, "", {})
     growing = any(level.first is None for level in numerics.levels)
     whole = Verdict(False, None, wanted, "all of the map is there", {})
     while counts == wanted:
@@ -84,7 +88,7 @@ def replay(
         if any(there < asked for there, asked in zip(available, wanted, strict=True)):
             break
         counts = wanted
-    return Rounds(counts, wanted, number, verdict)
+    return Rounds(counts, number, verdict)
 
 
 def first_counts(numerics: Numerics, most: int) -> Counts:

@@ -97,7 +97,7 @@ def _values(run: Run) -> dict[str, Any]:
         "members_needed": list(run.needed),
         "finished": run.finished,
         "target_met": run.target_met,
-        "why": rounds.verdict.why if rounds.verdict else "",
+        "why": rounds.verdict.why,
         "errors": json_value(run.total_errors),
         "seconds_left": seconds_left(run),
         "until": run.until,

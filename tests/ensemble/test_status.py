@@ -37,15 +37,13 @@ def running(capped_run, tmp_path):
         tmp_path / "run", read_description(capped_run.folder), capped_run.scene, "refuse"
     )
     Run.refresh(run)
-    run.rounds = Rounds(
-        (6, 6, 6), (7, 7, 7), 1, Verdict(False, (7, 7, 7), (10, 6, 8), "statistical", ERRORS)
-    )
+    run.rounds = Rounds((6, 6, 6), 1, Verdict(False, (7, 7, 7), (10, 6, 8), "statistical", ERRORS))
     run.until = {"flash_temperature": 0.01}
     return run
 
 
 def ended(run, *, met, why, errors=ERRORS):
-    run.rounds = Rounds((6, 6, 6), (6, 6, 6), 1, Verdict(met, None, (6, 6, 6), why, errors))
+    run.rounds = Rounds((6, 6, 6), 1, Verdict(met, None, (6, 6, 6), why, errors))
 
 
 @pytest.mark.parametrize(
