@@ -36,7 +36,7 @@ STAGES = {
     "members read": ["results.members:Members.read", "results.members:Members.sample"],
     "rounds judged": ["estimate.rounds:judge"],
     "hand-out": ["ensemble.run:run"],
-    "comparison": ["comparison.compare:compare", "comparison.compare:Comparison.table"],
+    "comparison": ["outputs.compare:compare", "comparison.compare:Comparison.table"],
     "theory of plan and comparison": [
         "prediction:predictions",
         "prediction:mode_sums",
@@ -151,7 +151,6 @@ def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
     """Do a run and its comparison, and print the table; not watched all is shown as one stage."""
     clock = Clock()
     import roughsim as rs
-    from roughsim.comparison import compare
     from roughsim.ensemble import run
 
     if watched:
@@ -166,7 +165,7 @@ def measure(name: str, target: float, *, warm: bool, watched: bool) -> None:
                 clock.lap()
                 clock.seconds.clear()
             result = run.run(scene, Path(folder) / f"run{repetition}")
-            compare.compare(rs.open_run(result.folder)).table()
+            rs.compare(rs.open_run(result.folder)).table()
     clock.lap()
     stages = Counter[str]()
     for (stage, _), seconds in clock.seconds.items():

@@ -66,7 +66,7 @@ def main() -> None:
             r for r in comparison.rows if r.observable == "flash_temperature" and r.speed == SPEED
         )
         cells = [str(cell.number()) for cell in row.columns.values()]
-        ratios = [str(replace(ratio, unit="1").number()) for ratio in row.ratios.values()]
+        ratios = [str(ratio.number()) for ratio in row.ratios.values()]
         print(
             f"{name:14}{row.theory:8.1f}{cells[0]:>16}{cells[1]:>16}{ratios[0]:>18}{ratios[1]:>18}"
         )

@@ -308,9 +308,14 @@ def heads_of(labels: Mapping[str, Any]) -> dict[str, Cell]:
     return heads
 
 
-def marks_in_words(unknown: Collection[str], notes: Collection[str]) -> Iterator[str]:
-    """Yield a sentence for each mark that a table has; `unknown` are parts of errors, `notes` as `Estimate.note`."""
-    if unknown:
+def unknown_parts(estimates: Iterable[Estimate]) -> list[str]:
+    """Return the unknown parts of the errors of some estimates."""
+    return list(dict.fromkeys(part for one in estimates for part in one.unknown))
+
+
+def marks_in_words(shown: Iterable[Estimate], notes: Collection[str] = ()) -> Iterator[str]:
+    """Yield a sentence for each mark that a table of estimates has; `notes` as `Estimate.note`."""
+    if unknown := unknown_parts(shown):
         yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
     if IDENTITY in notes:
         yield "identity: fixed by force balance; its ratios test nothing."

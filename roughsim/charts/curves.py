@@ -39,7 +39,7 @@ from roughsim.results.theories import THEORIES, theory_columns
 from roughsim.scene import Scene
 from roughsim.show.table import shown, with_unit
 from roughsim.show.text import plain
-from roughsim.table import AT_CUT_OFF, Estimate
+from roughsim.table import AT_CUT_OFF, Estimate, unknown_parts
 
 PSD, CORRELATION, RATIO = "psd", "correlation", "ratio"
 ALL = (PSD, CORRELATION, "flash_temperature", RATIO, "flash_width", "slope_length")
@@ -355,8 +355,8 @@ def _about_run(entry: Entry) -> str:
     run = entry.run
     assert run is not None
     drawn = [entry.in_motion(name, column) for name in _DRAWN for column in entry.columns()]
-    unknown = dict.fromkeys(part for one in drawn for part in one.unknown)
-    unknown.pop("bandwidth", None)  # in the titles as "at q_c"
+    # bandwidth is in the titles as "at q_c"
+    unknown = [part for part in unknown_parts(drawn) if part != "bandwidth"]
     lines = [
         f"{plain(run.scene.title)}; {run.extent}; heat share in the body: {run.share_text()}",
         "bands: total error, 95 %; of the stress correlation: statistical, 95 %",

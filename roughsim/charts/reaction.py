@@ -71,7 +71,8 @@ def _results(
 
     That is not beside the column sliding: it takes seconds.
     """
-    chosen = [column] if column == SLIDING else [column, theories.CALIBRATED]
+    shown = [column] if column == SLIDING else [column, theories.CALIBRATED]
+    chosen = {name: one for name, one in columns.columns_of(run).items() if name in shown}
     at = run.scene.first_direction if direction is None else {"direction": direction}
     return columns.results_of(run, observables, chosen).sel(**at)
 

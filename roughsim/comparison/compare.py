@@ -7,7 +7,7 @@ the modes of the simulation.
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import degrees, isfinite
 from pathlib import Path
@@ -28,7 +28,7 @@ from roughsim.estimate.levels import FLASH
 from roughsim.planning.limits import Plausibility
 from roughsim.prediction.sliding import CONTINUED
 from roughsim.results.columns import SAME_MODES, UP_TO_CUT_OFF, columns_of, finest, results_of
-from roughsim.results.folder import left_out, open_run
+from roughsim.results.folder import left_out
 from roughsim.results.row import NOTICED, Row, rows_of
 from roughsim.results.run import Run
 from roughsim.results.table import Results
@@ -36,14 +36,14 @@ from roughsim.results.theories import (
     CALIBRATED,
     CONTACT_TEMPERATURE,
     SLIDING_CALIBRATED,
-    THEORIES,
     THEORY,
     ColumnOf,
+    joined,
 )
 from roughsim.scene.numerics import SLIDING
 from roughsim.show.frame import data_frame
 from roughsim.show.markup import in_notebook
-from roughsim.show.table import Cell, Number, Table, json_value, table_of, with_unit
+from roughsim.show.table import Number, Table, json_value, table_of, with_unit
 from roughsim.show.text import marked
 from roughsim.table import Estimate, marks_in_words
 
@@ -62,7 +62,8 @@ _SAME_MODES = "The ratio to theory is over the modes of the cell, up to q_c."
 class Comparison:
     """A run beside the theory. Temperatures have the heat share used; ratios do not depend on it.
 
-    Printed, it is `summary()`.
+    Printed, it is `summary()`. ValueError if the run has fewer than two sound realizations: there is no error to
+    compare with.
 
     Attributes
     ----------
@@ -73,19 +74,34 @@ class Comparison:
     results : Results
         Every observable over (column, …, speed), with its error in parts.
     flash : Estimate
-        T_flash alone, over (column, speed).
+        T_flash alone, over (column, …, speed).
     rows : tuple of Row
         `results`, a row for each observable and speed.
     """
 
     run: Run
-    columns: Mapping[str, ColumnOf]
-    flash: Estimate
+
+    def __post_init__(self) -> None:
+        sound = self.run.independent
+        if sound < 2:
+            raise ValueError(
+                f"{self.run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on"
+            )
+
+    @cached_property
+    def columns(self) -> Mapping[str, ColumnOf]:
+        """The columns of the run, as functions of an observable."""
+        return columns_of(self.run)
+
+    @cached_property
+    def flash(self) -> Estimate:
+        """T_flash alone, over (column, …, speed)."""
+        return joined(self.columns, (FLASH,), self.run.scene.directions)[FLASH]
 
     @cached_property  # .2 s; a summary does without
     def results(self) -> Results:
         """Every observable over the columns, the speed, and the energy, temperature or direction of some."""
-        return results_of(self.run, functions=self.columns)
+        return results_of(self.run, columns=self.columns)
 
     @cached_property  # its statements are .02 s, and several tables ask for them
     def judged(self) -> Plausibility:
@@ -112,17 +128,10 @@ class Comparison:
         return tuple(slope for slope in slopes if slope is not None)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return compare, (self.run,)  # theories hold functions, which cannot be pickled
+        return Comparison, (self.run,)  # theories hold functions, which cannot be pickled
 
     def __repr__(self) -> str:
         return f"<Comparison of {self.run.folder}: {', '.join(self.run.numerics.columns)}>"
-
-    @property
-    def unknown(self) -> tuple[str, ...]:
-        """The parts of the errors that are unknown in some column or ratio."""
-        simulated = [part for row in self.rows for part in row.unknown]
-        ratios = [part for row in self.rows for one in row.ratios.values() for part in one.unknown]
-        return tuple(dict.fromkeys((*simulated, *ratios)))
 
     def notes(self) -> tuple[str, ...]:
         """Return notes on missing members, and on waves that only the theory or only the simulation includes."""
@@ -175,10 +184,10 @@ class Comparison:
         """Return the table of all observables, columns and ratios, as `compare --all` prints it."""
         rows = []
         for row in self.rows:
-            cells = {"observable": with_unit(row.title, row.unit)} | row.heads | numbers_of(row)
+            cells = {"observable": with_unit(row.title, row.unit)} | row.heads | row.numbers
             if SLIDING in row.columns:
                 cells[OF_SLIDING] = Number(row.theories[SLIDING_CALIBRATED], row.unit)
-            ratios = {name: replace(ratio, unit="1").number() for name, ratio in row.ratios.items()}
+            ratios = {name: ratio.number() for name, ratio in row.ratios.items()}
             rows.append(cells | ratios | {"note": row.note})
         notes, title = [*meanings(self), *self.notes()], _title(self.run)
         return table_of(rows, title, notes, names=("observable",), texts=("note",))
@@ -189,15 +198,13 @@ class Comparison:
         if not run.drawn:
             return self.table()
         rows = list(rows_of({FLASH: self.flash}))  # others take ten times as long
-        cells = [row.heads | numbers_of(row) for row in rows]
+        cells = [row.heads | row.numbers for row in rows]
         fastest = max(rows, key=lambda row: row.speed or 0.0)
         ratios = [
-            f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: "
-            f"{replace(ratio, unit='1').number()}, {TESTS[name]}."
+            f"{name.replace('_over_', '/')} at {fastest.speed:g} m/s: {ratio.number()}, {TESTS[name]}."
             for name, ratio in fastest.ratios.items()
             if isfinite(ratio.mean)
         ]
-        unknown = dict.fromkeys(part for row in rows for part in row.unknown)
         modes = (
             f" {_SAME_MODES}"
             if any(ratio.startswith(f"{run.numerics.columns[0]}/theory") for ratio in ratios)
@@ -210,7 +217,8 @@ class Comparison:
             f"± total error, 95 %.{modes} Heat share in the body: {run.share_text()}.",
         ]
         notes += map(str, self.judged.of_run)
-        notes += [*marks_in_words(unknown, {row.note for row in rows}), *left_out(run)]
+        columns = (one for row in rows for one in row.columns.values())
+        notes += [*marks_in_words(columns, {row.note for row in rows}), *left_out(run)]
         warnings = self.judged.warnings
         notes += marked(warnings[:_MOST_WARNINGS])
         if more := len(warnings[_MOST_WARNINGS:]):
@@ -226,9 +234,9 @@ class Comparison:
         names = [name for name in asked_of_scene(scene, self.run.until) if name != FLASH]
         if not names or not self.run.drawn:
             return None
-        columns = [CALIBRATED, self.run.numerics.columns[-1], self.run.simulated_columns[-1]]
-        columns = [name for name in self.columns if name in columns]
-        found = results_of(self.run, names, columns, self.columns)
+        shown = CALIBRATED, self.run.numerics.columns[-1], self.run.simulated_columns[-1]
+        columns = {name: one for name, one in self.columns.items() if name in shown}
+        found = joined(columns, names, scene.directions)
         return asked_table(scene, found) if found else None
 
     def first_screen(self) -> list[Table]:
@@ -265,44 +273,6 @@ class Comparison:
 
         entry = Entry("run", self.run.scene, self.run, self.results)
         curves_chart(path, [entry], look=Look(csv=csv))
-
-
-def compare(run: Run | str | Path) -> Comparison:
-    """Compare a run with the theory.
-
-    Parameters
-    ----------
-    run : Run, str or Path
-        From `run` or `open_run`, or its folder; at least two sound realizations.
-
-    Returns
-    -------
-    Comparison
-        `rows`, `summary()`, `table()`, `to_dict()` and `chart(path)`.
-
-    Raises
-    ------
-    ValueError
-        If the run has fewer than two sound realizations: there is no error to compare with.
-    """
-    if not isinstance(run, Run):
-        run = open_run(run)
-    sound = run.independent
-    if sound < 2:
-        raise ValueError(
-            f"{run.folder} has {sound} sound realizations; a comparison needs at least 2, let it run on"
-        )
-    columns = columns_of(run)
-    return Comparison(run, columns, results_of(run, (FLASH,), functions=columns)[FLASH])
-
-
-def numbers_of(row: Row) -> dict[str, Cell]:
-    """Return the values of a row by all theories and in its simulated columns, by their names, for a table."""
-    numbers: dict[str, Cell] = {name: Number(row.theories[name], row.unit) for name in THEORIES}
-    for name, one in row.columns.items():
-        # a simulated value without a known error, as of a single map, says so
-        numbers[name] = Number(float(one.mean), one.unit, float(one.total_error), one.unknown)
-    return numbers
 
 
 def _title(run: Run) -> str:
@@ -354,8 +324,11 @@ def meanings(comparison: Comparison) -> Iterator[str]:
             + _continued_note(comparison.run)
         )
         yield sliding_note(comparison.run.scene)
-    yield from marks_in_words(comparison.unknown, {row.note for row in comparison.rows})
-    if any(row.observable == CONTACT_TEMPERATURE for row in comparison.rows):
+    rows = comparison.rows
+    columns = [row.columns for row in rows] + [row.ratios for row in rows]
+    shown = (one for entries in columns for one in entries.values())
+    yield from marks_in_words(shown, {row.note for row in rows})
+    if CONTACT_TEMPERATURE in comparison.results:
         yield (
             f"{CONTACT_TEMPERATURE}: T₀ + T_flash of the moving body after the duration, steady without one, above its "
             "temperature when sliding began. T₀ is from the theory of heat, not simulated"

@@ -6,7 +6,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from roughsim.comparison.compare import Comparison, numbers_of
+from roughsim.comparison.compare import Comparison
 from roughsim.estimate.levels import FLASH
 from roughsim.results.folder import left_out
 from roughsim.results.row import Row
@@ -82,17 +82,17 @@ class Comparisons:
         for label, row in sorted(shown, key=order):
             cells = {"observable": with_unit(row.title, row.unit)} if len(chosen) > 1 else {}
             heads = {title: row.heads.get(title, "") for title in turned}
-            rows.append(cells | heads | {"run": label} | numbers_of(row))
+            rows.append(cells | heads | {"run": label} | row.numbers)
         title = with_unit(chosen[0], shown[0][1].unit) if len(chosen) == 1 else ""
         notes = self._notes([row for _, row in shown])
         return table_of(rows, title, notes, names=("observable", *turned, "run"))
 
     def _notes(self, rows: Sequence[Row]) -> list[str]:
         """Return the sentences below the table of some rows."""
-        unknown = dict.fromkeys(part for row in rows for part in row.unknown)
+        simulated = (one for row in rows for one in row.columns.values())
         notes = [
             "± total error, 95 %; each with the heat share of its run.",
-            *marks_in_words(unknown, ()),
+            *marks_in_words(simulated),
         ]
         for label, one in self._labelled:
             notes += [f"{label}: {line}" for line in left_out(one.run)]

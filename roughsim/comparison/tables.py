@@ -193,13 +193,10 @@ def asked_table(scene: Scene, results: Mapping[str, Estimate]) -> Table:
     if many := len(rows) > _MOST_ROWS:
         rows = [row for row in rows if row.speed in (None, fastest)]
     heads = [] if many else list(dict.fromkeys(title for row in rows for title in row.heads))
-    names = next(iter(results.values())).coords["column"].tolist()
     cells = []
     for row in rows:
         places = {title: row.heads.get(title, "") for title in heads}
-        speed = np.nan if row.speed is None else row.speed
-        here = results[row.observable].sel(**row.about, speed=speed)
-        numbers: dict[str, Cell] = {name: here.sel(column=name).number() for name in names}
+        numbers: dict[str, Cell] = {name: one.number() for name, one in row.entries.items()}
         cells.append({"observable": with_unit(row.title, row.unit)} | places | numbers)
     title = f"at {fastest:g} m/s" * many
     return table_of(cells, title, names=("observable",))

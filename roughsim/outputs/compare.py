@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import overload
 
 from roughsim.comparison.compare import Comparison
-from roughsim.comparison.compare import compare as compare_run
 from roughsim.comparison.several import Comparisons
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.run import Run
@@ -44,7 +43,7 @@ def compare(run: Folder, *others: Folder) -> Comparison | Comparisons:
     """
     records = [opened(each) for each in (run, *others)]
     if len(records) == 1 and isinstance(records[0], Run):
-        return compare_run(records[0])
+        return Comparison(records[0])
     labels: list[str] = []
     runs: list[Run] = []
     for record in records:
@@ -61,4 +60,4 @@ def compare(run: Folder, *others: Folder) -> Comparison | Comparisons:
             labels.append(record.folder.resolve().name)
     if len(set(labels)) < len(labels):
         labels = [str(run.folder) for run in runs]
-    return Comparisons(labels, [compare_run(each) for each in runs])
+    return Comparisons(labels, [*map(Comparison, runs)])

@@ -11,6 +11,7 @@ from roughsim.estimate.asked import ABOUT, asked_names
 from roughsim.outputs.opened import Folder, opened
 from roughsim.results.columns import results_of
 from roughsim.results.run import Run
+from roughsim.studies.figure import draw_study, usual_choice
 from roughsim.studies.study import Study
 
 
@@ -71,7 +72,7 @@ def plot(  # noqa: PLR0913  (each is an option)
     if isinstance(record, Study):
         _refuse(options, f"{record.folder} is a study")
         place = beside(record.folder, quantity) if path is None else Path(path)
-        record.draw(place, quantity, over=over, look=look)
+        draw_study(record, usual_choice(record, quantity, over), place, look)
         return place
     if over is not None:
         raise ValueError(f"over = {over!r} is for studies; leave it out")

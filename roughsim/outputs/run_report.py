@@ -3,7 +3,6 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from importlib import resources
 from math import degrees, isfinite
@@ -15,7 +14,7 @@ import numpy as np
 from roughsim import prediction
 from roughsim.charts.plot import plot_run
 from roughsim.charts.style import data_url
-from roughsim.comparison.compare import TESTS, Comparison, compare
+from roughsim.comparison.compare import TESTS, Comparison
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import state_line
 from roughsim.planning.limits import Plausibility
@@ -79,7 +78,7 @@ def page(run: Run) -> str:
     """
     note_work(f"comparing {run.folder} with the theory")
     try:
-        comparison = compare(run)
+        comparison = Comparison(run)
         result, table = answer(comparison), html_table(comparison.table())
     except ValueError as error:  # fewer than two sound realizations
         result = table = tag("p", f"There is nothing to compare yet: {error}", css="warning")
@@ -146,7 +145,7 @@ def answer(comparison: Comparison) -> Html:
     tests = []
     for name, ratio in row.ratios.items():
         words = name.replace("_over_", " / ") + " of the same modes" * name.endswith("_over_theory")
-        quotient = digits(replace(ratio, unit="1").number())
+        quotient = digits(ratio.number())
         tests.append(Html(f"{words} = {quotient}: {TESTS[name]}"))
     share = comparison.run.share_text()
     angles = (x for axis, x in row.about.items() if axis == "direction")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from roughsim.observables.catalogue import NUMBERS
 from roughsim.observables.record import Sample
 from roughsim.results.members import Members
+from roughsim.results.table import Labelled
 from roughsim.scene import Scene
 from roughsim.store.member_files import KEPT_FIELDS
 
@@ -51,15 +52,6 @@ class Stored:
             if parts
             else np.empty((0, *self.shape[1:]), self.dtype)[(slice(None), *inside)]
         )
-
-
-class Labelled(NamedTuple):
-    """An array with a name, its axes' names, and attributes."""
-
-    name: str
-    axes: tuple[str, ...]
-    data: Any  # an array, or `Stored`
-    attributes: dict[str, Any]
 
 
 def arrays_of(

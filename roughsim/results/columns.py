@@ -29,7 +29,6 @@ from roughsim.results.theories import (
     THEORIES,
     THEORY,
     ColumnOf,
-    exact,
     joined,
     of_theory,
     theory_columns,
@@ -64,9 +63,10 @@ def is_ratio(column: str) -> bool:
     return "_over_" in column
 
 
-def estimated_columns(run: Run) -> list[str]:
+def estimated_columns(run: Run) -> dict[str, ColumnOf]:
     """Return the columns of the tidy table: theories of all of C(q), and simulations."""
-    return [name for name in columns_of(run) if name in THEORIES or is_simulated(name)]
+    columns = columns_of(run).items()
+    return {name: one for name, one in columns if name in THEORIES or is_simulated(name)}
 
 
 def is_simulated(column: str) -> bool:
@@ -94,18 +94,14 @@ def heat_shares(run: Run) -> Array:
 def results_of(
     run: Run,
     observables: Sequence[str] | None = None,
-    columns: Sequence[str] | None = None,
-    functions: Mapping[str, ColumnOf] | None = None,
+    columns: Mapping[str, ColumnOf] | None = None,
 ) -> Results:
-    """Return observables of a run, by default all, in columns of it, by default all.
+    """Return observables of a run, by default all, in columns of it, by default `columns_of`.
 
-    `functions` are `columns_of(run)`, if they are at hand. ValueError if the run has no sound realization.
+    ValueError if the run has no sound realization.
     """
-    functions = functions or columns_of(run)
-    wanted = functions if columns is None else [name for name in columns if name in functions]
-    chosen = {name: functions[name] for name in wanted}
     names = observables_of(run) if observables is None else observables
-    estimates = joined(chosen, names, run.scene.directions)
+    estimates = joined(columns or columns_of(run), names, run.scene.directions)
     along = {}
     if BY_DIRECTION in estimates:
         along["angle"] = "direction", np.array([*run.angles.values()])
@@ -230,8 +226,8 @@ def _over_column(run: Run, column: str, below: str, observable: str) -> Estimate
 
 def _named(run: Run, ratio: Estimate, observable: str) -> Estimate:
     """Return a ratio as an entry of an observable."""
-    axes = exact(run.scene, observable, ratio.mean)
-    return replace(ratio, observable=observable, unit=axes.unit, coords=axes.coords)
+    axis = speed_axis(observable, ratio.mean, run.scene.speeds)
+    return replace(ratio, observable=observable, coords=axis)
 
 
 def _values_of(run: Run, observable: str, column: str, *, extrapolated: bool = True) -> Mean | None:

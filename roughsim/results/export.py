@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from roughsim.results.arrays import SHARE, Labelled, Stored, attributes_of
+from roughsim.results.arrays import SHARE, Stored, attributes_of
 from roughsim.results.columns import columns_of, heat_shares, is_ratio, meaning, results_of
 from roughsim.results.run import Run
+from roughsim.results.table import Labelled
 from roughsim.store.disk import place_bytes, seal
 from roughsim.surface.topography import writing
 from roughsim.table import Estimate

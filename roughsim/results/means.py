@@ -8,7 +8,7 @@ import numpy as np
 
 from roughsim import prediction
 from roughsim.estimate.errors import spread_of
-from roughsim.estimate.levels import values_of
+from roughsim.estimate.levels import FLASH, values_of
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.rounds import Counts
 from roughsim.estimate.telescoping import correlation_of
@@ -84,16 +84,35 @@ class Means:
         return name
 
     def samples(self, column: str | None = None) -> list[Sample]:
-        """Return the sound counted members of a column's levels, lowest first; levels without any are left out.
+        """Return the sound counted members of a column's levels, lowest first, each with the level below it.
 
-        ValueError if there is none.
+        Levels without any are left out. ValueError if there is none.
         """
         name = self.column(column)
         if name not in self._samples:
-            self._samples[name] = self.members.samples(name)
+            samples: dict[int | None, Sample] = {}
+            for level in self.numerics.of_column(name):
+                below = self.numerics.below(level)
+                if self.members.sound(level) and (below is None or below in samples):
+                    lower = None if below is None else self.members.sample(level, below=True)
+                    samples[level] = replace(self.members.sample(level), below=lower)
+            self._samples[name] = list(samples.values())
         if not self._samples[name]:
             raise ValueError(f"{self.folder} has no sound realization yet; let it run first")
         return self._samples[name]
+
+    def slides(self) -> Sample:
+        """Return the sample of the slides, with their T_flash as that of contacts; ValueError without a sound one."""
+        level = self.numerics.slide
+        if level is None:
+            raise ValueError(
+                f'{self.folder} has no column "sliding": its scene has history = "frozen"'
+            )
+        sample = self.members.sample(level)
+        if not sample.rows.size:
+            raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
+        numbers = sample.numbers | {FLASH: sample.numbers["sliding_flash_temperature"]}
+        return replace(sample, numbers=numbers)
 
     def values(
         self, observable: str, column: str | None = None, *, extrapolated: bool = True
@@ -102,26 +121,6 @@ class Means:
 
         `extrapolated`, or at the highest cut-off, with all parts of their errors. Errors raised as `estimate`.
         """
-        of_levels = partial(self.of_levels, observable, extrapolated=extrapolated)
-        values, name = of_levels(column), self.column(column)
-        parts = {
-            # of a map by its quadrants, both extrapolated
-            "size": self.surfaces.size_error(observable, name, partial(self.of_levels, observable)),
-            "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
-        }
-        values = values.with_errors(**parts, **self.scan_part(observable))
-        return self.surfaces.scattered(values, name, of_levels)
-
-    def scan_part(self, observable: str) -> dict[str, Array]:
-        """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
-        if not self.scanned:
-            return {}
-        return {"scan": scan_error(self.scene).get(observable, np.array(np.nan))}
-
-    def of_levels(
-        self, observable: str, column: str | None = None, *, extrapolated: bool = True
-    ) -> Mean:
-        """Return `values` with those parts of their errors alone that the levels of a column show."""
         if observable not in self.observables:
             record = OBSERVABLES.get(observable)
             fault = (
@@ -132,18 +131,36 @@ class Means:
             raise ValueError(
                 f"observable = {observable!r} is {fault}; choose one of {', '.join(self.observables)}"
             )
-        key = observable, self.column(column), extrapolated
-        if key not in self._values:
-            samples = self.samples(column)
-            self._values[key] = values_of(
-                self.scene,
-                self.numerics.columns[-1] if key[1] == QUADRANTS else key[1],
-                observable,
-                samples,
-                extrapolated=extrapolated,
-                continued=self.drawn,
-            )
-        return self._values[key]
+
+        def of_levels(name: str, extrapolated: bool = True) -> Mean:
+            """Return the mean with those parts of its error alone that the levels of a column show."""
+            key = observable, name, extrapolated
+            if key not in self._values:
+                self._values[key] = values_of(
+                    self.scene,
+                    self.numerics.columns[-1] if name == QUADRANTS else name,
+                    observable,
+                    self.samples(name),
+                    extrapolated=extrapolated,
+                    continued=self.drawn,
+                )
+            return self._values[key]
+
+        name = self.column(column)
+        parts = {
+            # of a map by its quadrants, both extrapolated
+            "size": self.surfaces.size_error(observable, name, of_levels),
+            "solver": OBSERVABLES[observable].solver_share * self.numerics.tolerance,
+        }
+        mean = of_levels(name, extrapolated).with_errors(**parts, **self.scan_part(observable))
+        at_cut_off = partial(of_levels, extrapolated=extrapolated)
+        return self.surfaces.scattered(mean, name, at_cut_off)
+
+    def scan_part(self, observable: str) -> dict[str, Array]:
+        """Return the relative error of an observable by the scans that C(q) was measured on; empty without them."""
+        if not self.scanned:
+            return {}
+        return {"scan": scan_error(self.scene).get(observable, np.array(np.nan))}
 
     def reported(self, observable: str, column: str | None = None) -> Mean:
         """Return `values` for reports: temperatures with their share of the heat."""
@@ -225,7 +242,7 @@ class Means:
 
         Arrays (members, speeds, distances) or (members, distances), by the names in `observables.catalogue.CURVES`.
         """
-        slides = self.members.slides()
+        slides = self.slides()
         indices = slides.rows.tolist()
         rows = [self.members[slides.level, index].curves for index in indices]
         return {name: np.stack([row[name] for row in rows]) for name in rows[0]} | {

@@ -4,7 +4,6 @@ import errno
 import warnings
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -276,31 +275,6 @@ class Members(dict[Key, Member]):
         nothing = np.full((len(self.speeds), BIN_AREAS.size), np.nan)
         rows = [bins or Bins(nothing, nothing, nothing, nothing) for bins in found]
         return Bins(*map(np.array, zip(*rows, strict=True)))
-
-    def samples(self, column: str) -> list[Sample]:
-        """Return a column's levels, lowest first, with those below; levels without sound members are left out."""
-        samples: dict[int | None, Sample] = {}
-        for level in self.numerics.of_column(column):
-            below = self.numerics.below(level)
-            if self.sound(level) and (below is None or below in samples):
-                lower = None if below is None else self.sample(level, below=True)
-                samples[level] = replace(self.sample(level), below=lower)
-        return list(samples.values())
-
-    def slides(self) -> Sample:
-        """Return the sample of the slides, with their T_flash as that of contacts; ValueError without a sound one."""
-        level = self.numerics.slide
-        if level is None:
-            raise ValueError(
-                f'{self.folder} has no column "sliding": its scene has history = "frozen"'
-            )
-        sample = self.sample(level)
-        if not sample.rows.size:
-            raise ValueError(f"{self.folder} has no sound member that slides yet; let it run first")
-        numbers = sample.numbers | {
-            "flash_temperature": sample.numbers["sliding_flash_temperature"]
-        }
-        return replace(sample, numbers=numbers)
 
     def seconds(self, level: int) -> Array:
         """Return the computing time of each member of a level, s, also of those that do not count."""

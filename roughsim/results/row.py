@@ -1,14 +1,15 @@
 """`Row`: one observable at one speed in all columns, a view of `Results`."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import copysign, inf, isnan
 from typing import Any
 
 from roughsim.estimate.levels import FLASH
-from roughsim.results.columns import is_ratio, is_theory
-from roughsim.show.table import Cell
+from roughsim.results.columns import UP_TO_CUT_OFF, is_ratio, is_simulated, is_theory
+from roughsim.results.theories import CALIBRATED, THEORIES, THEORY
+from roughsim.show.table import Cell, Number
 from roughsim.table import AT_CUT_OFF, IDENTITY, Estimate, heads_of
 
 NOTICED = 0.02  # relative difference of two theories that a note names
@@ -16,35 +17,52 @@ NOTICED = 0.02  # relative difference of two theories that a note names
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One observable at one speed (None without a speed) and direction: theories, simulated columns, and ratios.
+    """One observable at one speed (None without a speed) and direction, by theories, simulations, and their ratios.
 
     `theory` is integrated over all of C(q), `theory_at_cut_off` up to q_c. `theory_same_modes` is summed over the modes
     of the cell up to q_c; ratios to the theory use it. `calibrated` uses the calibrated stress spectrum; NaN outside
     the range compared with contacts. `sliding_calibrated` is the calibrated theory of two sliding bodies, for the
-    column sliding. `note` is "identity" for a value fixed by force balance, "at q_c" for a value without a limit in the
-    cut-off, or if the run shows none.
+    column sliding.
     """
 
     observable: str
     unit: str
     speed: float | None
-    about: Mapping[
-        str, float
-    ]  # energy of activation, eV, absolute temperature, K, or direction of sliding, rad, of rows that have one
-    theories: Mapping[str, float]  # by column
-    columns: Mapping[str, Estimate]  # simulated ones, each of one entry
-    ratios: Mapping[str, Estimate]
-    note: str
+    # energy of activation, eV, absolute temperature, K, or direction of sliding, rad, of rows that have one
+    about: Mapping[str, float]
+    entries: Mapping[str, Estimate]  # by column, each of one entry
+
+    @property
+    def theories(self) -> dict[str, float]:
+        """The values of the theories by column."""
+        return {name: float(one.mean) for name, one in self.entries.items() if is_theory(name)}
+
+    @property
+    def columns(self) -> dict[str, Estimate]:
+        """The simulated columns."""
+        return {name: one for name, one in self.entries.items() if is_simulated(name)}
+
+    @property
+    def ratios(self) -> dict[str, Estimate]:
+        """The ratios of two columns, without a unit."""
+        ratios = {name: one for name, one in self.entries.items() if is_ratio(name)}
+        return {name: replace(one, unit="1") for name, one in ratios.items()}
 
     @property
     def theory(self) -> float:
         """The theory over the whole spectrum."""
-        return self.theories["theory"]
+        return self.theories[THEORY]
 
     @property
     def calibrated(self) -> float:
         """The theory by the calibrated stress spectrum; NaN outside its range."""
-        return self.theories["calibrated"]
+        return self.theories[CALIBRATED]
+
+    @property
+    def note(self) -> str:
+        """The mark: "identity", fixed by force balance; "at q_c", without a limit that the run shows; or ""."""
+        marks = {str(one.note) for one in self.columns.values()}
+        return next((mark for mark in (IDENTITY, AT_CUT_OFF) if mark in marks), "")
 
     @property
     def title(self) -> str:
@@ -59,14 +77,14 @@ class Row:
         return heads_of({**self.about, "speed": self.speed})
 
     @property
-    def cut(self) -> bool:
-        """Whether the theory up to q_c differs from the theory over the whole spectrum by more than `NOTICED`."""
-        return abs(self.theories["theory_at_cut_off"] - self.theory) > NOTICED * abs(self.theory)
-
-    @property
-    def unknown(self) -> list[str]:
-        """Unknown parts of the errors of the simulated columns."""
-        return list(dict.fromkeys(part for one in self.columns.values() for part in one.unknown))
+    def numbers(self) -> dict[str, Cell]:
+        """The values by theories over all of C(q) and in the simulated columns, for a table."""
+        theories, unit = self.theories, self.unit
+        numbers: dict[str, Cell] = {name: Number(theories[name], unit) for name in THEORIES}
+        for name, one in self.columns.items():
+            # a simulated value without a known error, as of a single map, says so
+            numbers[name] = Number(float(one.mean), unit, float(one.total_error), one.unknown)
+        return numbers
 
     def to_dict(self) -> dict[str, Any]:
         """Return the row with an entry for each column and ratio."""
@@ -104,7 +122,7 @@ class Row:
 
     def _theories(self) -> dict[str, Any]:
         """Return the theories but the one up to q_c, and the energy or temperature."""
-        shown = {name: x for name, x in self.theories.items() if name != "theory_at_cut_off"}
+        shown = {name: x for name, x in self.theories.items() if name != UP_TO_CUT_OFF}
         return {**shown, **self.about}
 
 
@@ -117,20 +135,10 @@ def rows_of(results: Mapping[str, Estimate]) -> Iterator[Row]:
             at = dict(zip(others, labels, strict=True))
             here = estimate.sel(**at)
             entries = {column: here.sel(column=column) for column in columns}
-            simulated = {c: e for c, e in entries.items() if not (is_theory(c) or is_ratio(c))}
             speed = at.pop("speed")
-            named = at.pop("direction") if isinstance(at.get("direction"), str) else None
-            marks = {str(one.note) for one in simulated.values()}
-            yield Row(
-                name if named is None else f"{FLASH}_{named}",
-                estimate.unit,
-                None if isnan(speed) else speed,
-                at,
-                {column: float(e.mean) for column, e in entries.items() if is_theory(column)},
-                simulated,
-                {column: e for column, e in entries.items() if is_ratio(column)},
-                next((mark for mark in (IDENTITY, AT_CUT_OFF) if mark in marks), ""),
-            )
+            of_map = isinstance(at.get("direction"), str)
+            title = f"{FLASH}_{at.pop('direction')}" if of_map else name
+            yield Row(title, estimate.unit, None if isnan(speed) else speed, at, entries)
 
 
 def deviation(ratio: Estimate) -> float:

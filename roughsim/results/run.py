@@ -10,19 +10,19 @@ import numpy as np
 
 from roughsim.errors import RecordError
 from roughsim.estimate.mean import Mean
-from roughsim.estimate.rounds import Counts, Rounds, Verdict, judge, replay
+from roughsim.estimate.rounds import Counts, Verdict, judge, replay
 from roughsim.grid import Array, Grid
 from roughsim.observables.member import Member
 from roughsim.planning import limits
 from roughsim.prediction.statements import ByMean, takes_all
 from roughsim.results import heated, pressed
-from roughsim.results.arrays import OF_LEVELS, Labelled, arrays_of, attributes_of, lazily_read
+from roughsim.results.arrays import OF_LEVELS, arrays_of, attributes_of, lazily_read
 from roughsim.results.description import RunDescription
 from roughsim.results.heated import Field
 from roughsim.results.map_ratio import MapRatio
 from roughsim.results.members import Damaged, Members
 from roughsim.results.simulated import Estimates
-from roughsim.results.table import to_dataset
+from roughsim.results.table import Labelled, to_dataset
 from roughsim.scene import Scene
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import Remark
@@ -73,14 +73,13 @@ class Run(Estimates):
         self.until = scene.ensemble.ends
         self.max_realizations = scene.ensemble.most
         self.reasons = description.numerics.reasons
-        self.edges = description.press.get(
-            "edges", ""
-        )  # way in which a pressed map was made periodic
+        # way in which a pressed map was made periodic
+        self.edges = description.press.get("edges", "")
         self.damaged = self.members.damaged
         self._verdicts: dict[
             tuple[object, ...], Verdict
         ] = {}  # each round is judged again after each new member
-        self.rounds = self._replayed()
+        self.recount()
 
     def refresh(self) -> None:
         """Read the members written since the last call.
@@ -99,12 +98,9 @@ class Run(Estimates):
 
     def recount(self) -> None:
         """Let the members of the last complete round count."""
-        self.rounds = self._replayed()
+        there, most = self.members.available, self.max_realizations
+        self.rounds = replay(self.numerics, most, there, self._judged)
         self.count(self.rounds.counts)
-
-    def _replayed(self) -> Rounds:
-        """Return the rounds that the members complete."""
-        return replay(self.numerics, self.max_realizations, self.members.available, self._judged)
 
     def _judged(self, counts: Counts) -> Verdict:
         """Return the verdict on these counts of members, which count from now on."""
@@ -171,11 +167,6 @@ class Run(Estimates):
         found = (each.over_twin for each in pressed.directions(self.members))
         return next((ratio for ratio in found if ratio is not None), None)
 
-    @property
-    def overshoot(self) -> float:
-        """Share of the load on waves of a map far above its points around; NaN without it."""
-        return pressed.overshoot(self.members)
-
     def in_direction(self, name: str, column: str | None = None) -> Estimate:
         """Return T_flash of a map in one direction of sliding.
 
@@ -219,20 +210,16 @@ class Run(Estimates):
     @property
     def needed(self) -> Counts:
         """Expected final number of members of each level; in the first round the numbers of the round."""
-        return self.rounds.verdict.needed if self.rounds.verdict else self.rounds.wanted
+        return self.rounds.verdict.needed
 
     @property
     def total_errors(self) -> dict[str, float]:
         """Relative total error, 95 %, of each target after the last complete round; empty before the first."""
-        return self.rounds.verdict.errors if self.rounds.verdict else {}
+        return self.rounds.verdict.errors
 
     def unknown_parts(self, name: str) -> list[str]:
         """Return the parts of the error of the target `name` that are unknown, and not in `total_errors`."""
-        return (
-            [part for target, part in self.rounds.verdict.unknown if target == name]
-            if self.rounds.verdict
-            else []
-        )
+        return [part for target, part in self.rounds.verdict.unknown if target == name]
 
     @property
     def missing(self) -> list[str]:

@@ -82,8 +82,10 @@ class Single:
         """Return T₀ + T_flash over speed; `found` has the estimates of this column by name."""
         flash, warming = found(FLASH), prediction.background(self.scene)
         if share.has_own_share(self.scene):
+            warming = warming.reshape(flash.mean.shape)  # over direction and speed
             return share.with_warming(flash, found("heat_partition"), warming)
-        return replace(flash, mean=flash.mean + self.run.heat_partition * warming)
+        warm = self.run.heat_partition * warming
+        return replace(flash, mean=flash.mean + warm.reshape(flash.mean.shape))
 
     def contacts(self) -> Contacts:
         """Return its contacts, for means over the distribution of their temperature."""
@@ -125,7 +127,7 @@ class Slid:
     plastic = True
 
     def __init__(self, run: Means):
-        self.run, self.scene, self.slides = run, run.scene, run.members.slides()
+        self.run, self.scene, self.slides = run, run.scene, run.slides()
         level, rows = self.slides.level, self.slides.rows.tolist()
         stored = (run.members[level, index].moments[0].bins is not None for index in rows)
         self.reacts = run.scene.distribution and all(stored)
@@ -234,15 +236,12 @@ class Estimates(Means):
 
         ValueError if there is no such observable or column, or no realization yet.
         """
-        return self._estimate(observable, column).by_direction(self.scene.directions)
-
-    def _estimate(self, observable: str, column: str | None = None) -> Estimate:
-        """Return `estimate` over the `speeds` of the scene."""
         column_of = self.simulated(column)
         found = column_of.estimate(observable)
         note = self._note(found, column_of.plastic and not self.scene.elastic)
         notes = *found.notes, *self.surfaces.notes
-        return replace(found, note=note, sources=self.sources, notes=notes)
+        found = replace(found, note=note, sources=self.sources, notes=notes)
+        return found.by_direction(self.scene.directions)
 
     def _note(self, found: Estimate, plastic: bool) -> Labels:
         """Return the mark of each entry of an estimate: `IDENTITY`, `AT_CUT_OFF` or ""."""
@@ -262,8 +261,7 @@ class Estimates(Means):
 
     def contact_temperature(self, column: str | None = None) -> Estimate:
         """Return T₀ + T_flash of a column over speed, after the `duration` of the scene."""
-        found = self.simulated(column).contact_temperature(partial(self._estimate, column=column))
-        return found.by_direction(self.scene.directions)
+        return self.simulated(column).contact_temperature(partial(self.estimate, column=column))
 
     def reactions(self, column: str | None = None) -> dict[str, Estimate]:
         """Return rates, activation temperatures and conversions of [reaction], and the heat above each temperature.

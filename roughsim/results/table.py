@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,15 @@ _TAILS = {
     "_bias": "value at the finest level minus the mean",
     "_note": "identity: fixed by force balance; at q_c: not extrapolated in the cut-off",
 }
-Named = tuple[str, tuple[str, ...], Any, dict[str, Any]]  # name, its axes' names, data, attributes
+
+
+class Labelled(NamedTuple):
+    """An array with a name, its axes' names, and attributes."""
+
+    name: str
+    axes: tuple[str, ...]
+    data: Any  # an array, or one that is read when it is used
+    attributes: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -59,7 +67,7 @@ class Results(Mapping[str, Estimate]):
         for estimate in self.values():
             yield from estimate.rows()
 
-    def arrays(self) -> Iterator[Named]:
+    def arrays(self) -> Iterator[Labelled]:
         """Yield the axes, then the arrays of each observable: name, names of its axes, data and attributes.
 
         NAME_part has the parts of the 95 % error of NAME over the axis "part" and the axes of NAME, NAME_total_error
@@ -74,9 +82,9 @@ class Results(Mapping[str, Estimate]):
         for name, labels in axes.items():
             of_axis = {"units": AXES[name]} if AXES.get(name) else {}
             attributes = self.about.get(name, of_axis)
-            yield name, (name,), labels, dict(attributes)
+            yield Labelled(name, (name,), labels, attributes)
         for name, (axis, labels) in self.along.items():
-            yield name, (axis,), labels, dict(self.about.get(name, {}))
+            yield Labelled(name, (axis,), labels, self.about.get(name, {}))
         for name, one in flat.items():
             unit = {"units": one.unit}
             nothing = np.where(one.stated, 0.0, np.nan)
@@ -87,18 +95,22 @@ class Results(Mapping[str, Estimate]):
                 "_bias": one.bias,
             }
             tails = " ".join(name + tail for tail in (*beside, "_note"))
-            yield name, one.dims, one.mean, unit | {"ancillary_variables": tails}
+            yield Labelled(name, one.dims, one.mean, unit | {"ancillary_variables": tails})
             for tail, values in beside.items():
                 dims = ("part", *one.dims) if tail == "_part" else one.dims
-                yield name + tail, dims, np.array(values), unit | {"description": _TAILS[tail]}
-            yield name + "_note", one.dims, one.note.astype(str), {"description": _TAILS["_note"]}
+                about = unit | {"description": _TAILS[tail]}
+                yield Labelled(name + tail, dims, np.array(values), about)
+            notes, about = one.note.astype(str), {"description": _TAILS["_note"]}
+            yield Labelled(name + "_note", one.dims, notes, about)
 
     def to_xarray(self) -> Any:
         """Return all `arrays` as an `xarray.Dataset`; ImportError without xarray."""
         return to_dataset(self.arrays(), self.along, self.attrs)
 
 
-def to_dataset(arrays: Iterable[Named], beside: Collection[str], attrs: Mapping[str, Any]) -> Any:
+def to_dataset(
+    arrays: Iterable[Labelled], beside: Collection[str], attrs: Mapping[str, Any]
+) -> Any:
     """Return arrays as an `xarray.Dataset`; ImportError without xarray.
 
     Its coordinates are the axes, which have their own name as their only axis, and the arrays named in `beside`.

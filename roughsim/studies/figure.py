@@ -41,23 +41,9 @@ def usual_choice(study: StudyResults, observable: str, over: str | None = None) 
     numeric = [study.keys[key] for key in study.numeric_keys]
     first = {study.keys[key]: value for key, value in study.points[0].values.items()}
     words = [name for name in first if name not in numeric]
-    several = any(len(run.scene.speeds) > 1 for _, run in study.results)
-    own = {
-        dim
-        for point, run in study.results
-        if observable in observables_of(run)
-        for one in study.results_at(point, run, [observable]).values()
-        for dim, labels in one.coords.items()
-        if dim not in ("column", SPEED) and len(labels) > 1
-    }
-    candidates = [
-        *numeric[:1],
-        *own,
-        *numeric[1:],
-        *([SPEED] if several or not numeric else []),
-        *words,
-        NONE,
-    ]
+    own = _own_axes(study, observable)
+    over_speed = not numeric or any(len(run.scene.speeds) > 1 for _, run in study.results)
+    candidates = [*numeric[:1], *own, *numeric[1:], *[SPEED] * over_speed, *words, NONE]
     if over is not None:
         over = study.keys.get(over, over)
         axes = [name for name in candidates if name in (SPEED, *own, *numeric)]
@@ -67,6 +53,16 @@ def usual_choice(study: StudyResults, observable: str, over: str | None = None) 
             )
         candidates = [over, *(name for name in candidates if name != over)]
     return Choice(observable, candidates[0], candidates[1], first)
+
+
+def _own_axes(study: StudyResults, observable: str) -> set[str]:
+    """Return the axes of an observable beside column and speed: those with several labels at some point."""
+    own = set()
+    for point, run in study.results:
+        names = [observable] if observable in observables_of(run) else []
+        for one in study.results_at(point, run, names).values():
+            own |= {dim for dim, labels in one.coords.items() if len(labels) > 1}
+    return own - {"column", SPEED}
 
 
 def curves_of(study: StudyResults, choice: Choice) -> dict[str, Estimate]:

@@ -1,19 +1,22 @@
-"""`Study`: the folder of a study, its runs, and its results as a tidy table and as arrays."""
+"""`Study`: the folder of a study, its runs, and its results as a tidy table, as arrays, and as files."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from roughsim.show.frame import data_frame
+from roughsim.results.export import ENDINGS
+from roughsim.results.table import Results
+from roughsim.show.frame import TABLES, data_frame, table_bytes
 from roughsim.show.markup import in_notebook
+from roughsim.show.table import json_value
+from roughsim.store.disk import place_bytes
+from roughsim.store.member_files import write_sealed
 from roughsim.studies.figure import draw_study, usual_choice
-from roughsim.studies.files import save_study, study_dict, study_results
 from roughsim.studies.results import StudyResults
 from roughsim.studies.tables import study_table
 from roughsim.studies.trends import trends_of
-
-if TYPE_CHECKING:  # matplotlib is slow to import
-    from roughsim.charts.style import Look
+from roughsim.studies.vary import plain_value
 
 
 class Study(StudyResults):
@@ -45,7 +48,16 @@ class Study(StudyResults):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the study as JSON values: keys, number of finished points, the tidy table, and trends of T_flash."""
-        return study_dict(self)
+        return {
+            "folder": str(self.folder),
+            "target_error": self.target_error,
+            "points": len(self.points),
+            "finished": self.finished,
+            "keys": {name: {"key": key} for key, name in self.keys.items()},
+            "rows": json_value([*self.rows()]),
+            "scene_warnings": self.warnings,
+            "trends": json_value([*self.trends()]),
+        }
 
     def to_dataframe(self) -> Any:
         """Return the tidy table as a `pandas.DataFrame`; ImportError without pandas."""
@@ -56,7 +68,22 @@ class Study(StudyResults):
 
         ImportError without xarray; ValueError if no point has a result, or the points have lists of other speeds.
         """
-        return study_results(self).to_xarray()
+        return self._described().to_xarray()
+
+    def _described(self) -> Results:
+        """Return `table` with title, scene, and a description of its arrays; ValueError without results."""
+        table = self.table()
+        if not table:
+            raise ValueError(f"{self.folder} has no point with results yet; let it run first")
+        columns = "theory, calibrated (the theory with a fitted stress spectrum), and the simulated columns"
+        readme = (
+            f"A study by roughsim: {self.scene.title}. Units are SI. Each observable is an array over the varied keys, "
+            f"the column it comes from ({columns}), and the speed if it depends on it. NAME_part are the parts of its 95 % "
+            "error, and NAME_note marks values that are not extrapolated (at q_c) or fixed by force balance (identity). "
+            "NaN: not computed yet, or not defined."
+        )
+        title, scene = self.scene.title or self.folder.name, self.scene.to_toml()
+        return replace(table, attrs={"title": title, "README": readme, "scene": scene})
 
     def trends(
         self, observable: str = "flash_temperature", column: str | None = None
@@ -102,7 +129,29 @@ class Study(StudyResults):
 
         ValueError for another ending, or if the points do not make arrays.
         """
-        return save_study(self, Path(path))
+        path = Path(path)
+        ending = path.suffix.lower()
+        if ending not in (*TABLES, *ENDINGS):
+            raise ValueError(f"path = {str(path)!r} must end in {', '.join((*TABLES, *ENDINGS))}")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if ending in TABLES:
+            rows = list(self.rows())
+            for name in self.keys.values():
+                # one type of value in each column; lists and tables as in a scene file
+                if not all(isinstance(row[name], (int, float)) for row in rows):
+                    rows = [row | {name: str(plain_value(row[name]))} for row in rows]
+            place_bytes(path, table_bytes(ending, rows, self.to_dict, ["point"]))
+            return path
+        results = self._described()
+
+        def fill(file: Any) -> None:
+            from roughsim.store.hdf5 import write_arrays  # loads h5py
+
+            file.attrs.update(results.attrs)
+            write_arrays(file, results.arrays())
+
+        write_sealed(path, fill)
+        return path
 
     def chart(self, path: str | Path, observable: str = "flash_temperature") -> None:
         """Draw an observable over the first varied number, and as a map over the first two.
@@ -118,17 +167,7 @@ class Study(StudyResults):
 
         ValueError for another ending or observable, or without results.
         """
-        self.draw(Path(path), observable)
-
-    def draw(
-        self, path: Path, observable: str, *, over: str | None = None, look: "Look | None" = None
-    ) -> None:
-        """Draw as `chart`, over the speed or a varied number by name; `roughsim.plot` calls it.
-
-        `look` has the size and the colours of the figure, by default those of `chart`.
-        ValueError if `over` is no axis of the study.
-        """
-        draw_study(self, usual_choice(self, observable, over), path, look)
+        draw_study(self, usual_choice(self, observable), Path(path))
 
 
 def open_study(folder: str | Path) -> Study:

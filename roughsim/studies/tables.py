@@ -1,6 +1,7 @@
 """A study as a table for people, and the words for varied keys and their values."""
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from itertools import product
 from math import pi
 from typing import Any
@@ -13,7 +14,7 @@ from roughsim.estimate.reactions import ELECTRONVOLT
 from roughsim.observables.catalogue import UNITS
 from roughsim.results.theories import THEORIES
 from roughsim.scene.numerics import SLIDING
-from roughsim.show.table import Cell, Column, Number, Table, significant, with_unit
+from roughsim.show.table import Cell, Number, Table, significant, table_of, with_unit
 from roughsim.show.text import marked
 from roughsim.studies.results import StudyResults
 from roughsim.studies.trends import trends_of
@@ -30,6 +31,7 @@ _PREFIXES = {  # SI unit of a key → factor, shown unit
 DIRECTION = "direction"  # axis of the results
 _NAMED = 4  # points that a note names
 _MOST_ROWS = 60  # of the table on a terminal
+_QUANTITY = "at the highest speed"  # title
 _MISFIT = " *"  # mark of a point whose levels do not suit it
 _LONGEST = 40  # letters of a value in a table
 _PAIRED = (
@@ -83,41 +85,26 @@ def study_table(study: StudyResults) -> Table:
     shown = [by_column[source] for source in sources if source in by_column]
     marks = {str(mark) for one in shown for mark in one.note[~np.isnan(one.mean)] if mark}
     paired = [name for name in study.keys.values() if any(name == key for _, key, _ in trends)]
-    parts = _by_direction(by_column)
-    titles = [
-        *(words_of(key)[0] for key in study.keys),
-        *([words_of(DIRECTION)[0]] if len(parts) > 1 or None not in parts else []),
-        "n",
-        *(with_unit(source, UNITS[FLASH]) for source in sources),
-        *(f"∂ln/∂ln {name.replace('_', ' ')}" for name in paired),
-    ]
-    columns = [Column(title, number=True) for title in titles]
-    if marks:
-        columns.append(Column("note"))
     counts = _counts(study)
-    rows: list[list[Cell]] = []
-    for point, (angle, values) in [*product(study.points, parts.items())][:_MOST_ROWS]:
-        row: list[Cell] = [*_key_cells(study, point), *_cells_of(angle), counts[point.name]]
-        row += [_cell(values.get(source), point.place) for source in sources]
-        found = [trends.get((point.name, name, angle)) for name in paired]
-        row += [Number(x["exponent"], "1", x["exponent_error"]) if x else "" for x in found]
-        rows.append([*row, _mark(values.values(), point.place)] if marks else row)
-    notes = _notes(study, _unknown_parts(shown), marks, trends.values())
-    return Table(columns, rows, study.scene.title, notes, len(study.keys))
+    lines = [*product(study.points, _by_direction(by_column).items())]
+    rows = []
+    for point, (angle, values) in lines[:_MOST_ROWS]:
+        row = _heads(study, point) | _direction(angle) | {"n": counts[point.name]}
+        for source in sources:
+            row[with_unit(source, UNITS[FLASH])] = _cell(values.get(source), point.place)
+        for name in paired:
+            trend = trends.get((point.name, name, angle))
+            exponent = Number(trend["exponent"], "1", trend["exponent_error"]) if trend else ""
+            row[f"∂ln/∂ln {name.replace('_', ' ')}"] = exponent
+        rows.append(row | ({"note": _mark(values.values(), point.place)} if marks else {}))
+    notes = _notes(study, shown, marks, trends.values())
+    table = table_of(rows, study.scene.title, notes, texts=("note",))
+    return replace(table, heads=len(study.keys))
 
 
 def asked_table(study: StudyResults) -> Table | None:
     """Return a row for each reaction at each energy, each share of hot heat, and each point; None if no scene asks."""
-    found: dict[str, dict[str, Estimate]] = {}  # quantity → column → its values at the points
-    for name, about in ABOUT.items():
-        by_column = _at_highest_speed(study, name)
-        labels = [x for one in by_column.values() for x in one.coords[about].tolist()]
-        for number, (angle, values) in product(
-            dict.fromkeys(labels), _by_direction(by_column).items()
-        ):
-            at = "".join(f", {cell}°" for cell in _cells_of(angle))
-            title = with_unit(f"{name}, {number:.4g} {AXES[about]}{at}", ASKED[name].unit)
-            found[title] = {source: one.sel(**{about: number}) for source, one in values.items()}
+    found = _asked(study)
     if not found:
         return None
     known = {source for by_column in found.values() for source in by_column}
@@ -128,23 +115,28 @@ def asked_table(study: StudyResults) -> Table | None:
         for point in study.points
         if not all(np.isnan(one.mean[point.place]) for one in by_column.values())
     ]
-    cells: list[list[Cell]] = []
+    rows = []
     for title, point in lines[:_MOST_ROWS]:
-        numbers = (_cell(found[title].get(source), point.place) for source in sources)
-        cells.append([title, *_key_cells(study, point), *numbers])
-    numbers_of = [*(words_of(key)[0] for key in study.keys), *sources]
-    titles = [
-        Column("at the highest speed", name=True),
-        *(Column(title, number=True) for title in numbers_of),
-    ]
-    unknown = _unknown_parts(one for by_column in found.values() for one in by_column.values())
-    notes = [
-        "± total error, 95 %; activation temperatures are absolute.",
-        *marks_in_words(unknown, {}),
-    ]
+        numbers = {source: _cell(found[title].get(source), point.place) for source in sources}
+        rows.append({_QUANTITY: title} | _heads(study, point) | numbers)
+    shown = (one for by_column in found.values() for one in by_column.values())
+    notes = ["± total error, 95 %; activation temperatures are absolute.", *marks_in_words(shown)]
     if len(lines) > _MOST_ROWS:
         notes.append(f"The first {_MOST_ROWS} rows; `roughsim export` writes all.")
-    return Table(titles, cells, "What reacts", notes)
+    return table_of(rows, "What reacts", notes, names=(_QUANTITY,))
+
+
+def _asked(study: StudyResults) -> dict[str, dict[str, Estimate]]:
+    """Return what scenes ask for at the highest speed of each point, by its title and column."""
+    found: dict[str, dict[str, Estimate]] = {}
+    for name, about in ABOUT.items():
+        by_column = _at_highest_speed(study, name)
+        labels = dict.fromkeys(x for one in by_column.values() for x in one.coords[about].tolist())
+        for number, (angle, values) in product(labels, _by_direction(by_column).items()):
+            at = "".join(f", {cell}°" for cell in _direction(angle).values())
+            title = with_unit(f"{name}, {number:.4g} {AXES[about]}{at}", ASKED[name].unit)
+            found[title] = {source: one.sel(**{about: number}) for source, one in values.items()}
+    return found
 
 
 def _at_highest_speed(study: StudyResults, observable: str) -> dict[str, Estimate]:
@@ -164,19 +156,24 @@ def _by_direction(
     }
 
 
-def _cells_of(direction: float | None) -> list[str]:
-    """Return the cell of a direction of sliding, if there is one."""
-    return [] if direction is None else [value_text(DIRECTION, direction)]
+def _direction(angle: float | None) -> dict[str, Cell]:
+    """Return a direction of sliding, if there is one, by its title."""
+    return {} if angle is None else {words_of(DIRECTION)[0]: value_text(DIRECTION, angle)}
 
 
-def _key_cells(study: StudyResults, point: Point) -> list[str]:
-    """Return the value of each varied key at a point."""
-    return [value_text(key, point.values[key]) for key in study.keys]
+def _heads(study: StudyResults, point: Point) -> dict[str, Cell]:
+    """Return the value of each varied key at a point by its title, with the section where two have the same words."""
+    titles = {key: words_of(key)[0] for key in study.keys}
+    heads: dict[str, Cell] = {}
+    for key, title in titles.items():
+        alike = [*titles.values()].count(title) > 1
+        heads[f"{key.partition('.')[0]} " * alike + title] = value_text(key, point.values[key])
+    return heads
 
 
 def _notes(
     study: StudyResults,
-    unknown: Collection[str],
+    shown: Iterable[Estimate],
     marks: Collection[str],
     trends: Collection[dict[str, Any]],
 ) -> list[str]:
@@ -191,7 +188,7 @@ def _notes(
             f"The first {_MOST_ROWS} points; `roughsim export` writes all, with all observables and speeds."
         )
     notes.append(f"{FLASH} at the highest speed of each point; ± total error, 95 %.")
-    notes += marks_in_words(unknown, marks)
+    notes += marks_in_words(shown, marks)
     if trends:
         notes.append(_PAIRED)
     return [*notes, *_missing_notes(trends), *marked(study.warnings)]
@@ -213,11 +210,6 @@ def _mark(estimates: Iterable[Estimate], place: tuple[int, ...]) -> str:
     """Return the first note on the values of a point."""
     marks = (str(one.note[place]) for one in estimates if not np.isnan(one.mean[place]))
     return next(filter(None, marks), "")
-
-
-def _unknown_parts(estimates: Iterable[Estimate]) -> list[str]:
-    """Return the unknown parts of the errors of some estimates."""
-    return list(dict.fromkeys(part for one in estimates for part in one.unknown))
 
 
 def _missing_notes(trends: Iterable[dict[str, Any]]) -> list[str]:

@@ -258,7 +258,11 @@ def with_theories(table, **theories):
         for name, x in theories.items()
     }
     pieces = {(k,): one for k, one in enumerate(values.values())}
-    return replace(table, flash=concat(pieces, {"column": np.array([*values])}))
+
+    class WithTheories(type(table)):
+        flash = concat(pieces, {"column": np.array([*values])})
+
+    return WithTheories(table.run)
 
 
 def test_what_measured_values_and_theory_do_not_have_in_common_is_told_with_its_cause(table):
@@ -325,7 +329,7 @@ def test_a_cell_without_the_longest_waves_is_warned_of_if_the_plan_did_not_choos
     run.numerics = replace(run.numerics, lengths=(2e-4, 2e-4))
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        rs.compare(run)
+        rs.compare(run).summary()
     assert any("q_min = " in str(one.message) for one in found) == warned
 
 

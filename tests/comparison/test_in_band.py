@@ -59,7 +59,7 @@ def test_the_slope_of_one_realization_has_an_unknown_error(full, full_scene, tmp
     class OfOneRealization(type(rs.compare(full))):
         slopes = (stress_slope(one),)
 
-    alone = OfOneRealization(full, {}, rs.compare(full).flash)
+    alone = OfOneRealization(full)
     assert "± unknown (statistical" in alone.table().notes[0]
     assert alone.to_dict()["stress_slopes"][0]["error"] is None  # JSON has no infinity
 

@@ -111,7 +111,7 @@ def test_the_mean_is_the_map_and_the_scatter_that_of_its_quadrants(scene_file, t
     assert run.numerics.grid(first).lengths == pytest.approx(GRID.lengths)
     found = run.estimate("flash_temperature")
     alone = run.estimate("flash_temperature", "quadrants")
-    values = run.of_levels("flash_temperature")
+    values = run.values("flash_temperature")
     whole = values.value * run.heat_partition
     np.testing.assert_allclose(found.mean, whole, rtol=1e-12)
     finest = values.finest * run.heat_partition

@@ -13,10 +13,8 @@ from some_rows import some
 from study_cases import LOADS, VARY, description_of
 
 import roughsim as rs
-from roughsim.charts.style import Look
 from roughsim.show.table import Number
 from roughsim.studies.figure import NONE, Choice, curves_of, usual_choice
-from roughsim.studies.files import save_study
 from roughsim.studies.folder import write
 from roughsim.studies.results import SPEED
 from roughsim.studies.tables import study_table, words_of
@@ -172,7 +170,7 @@ def test_a_study_is_drawn(done, tmp_path, observable):
 
 
 def test_the_lower_panel_of_a_study_is_the_ratio_to_the_theory(done, tmp_path):
-    done.draw(tmp_path / "s.svg", "flash_temperature", look=Look(csv=tmp_path / "s.csv"))
+    rs.plot(done, "flash_temperature", tmp_path / "s.svg", csv=tmp_path / "s.csv")
     with (tmp_path / "s.csv").open() as file:
         below = [row for row in csv.DictReader(file) if row["panel"] == "over the theory"]
     drawn = np.array([float(row["y"] or "nan") for row in below])
@@ -227,11 +225,11 @@ def test_numbers_and_words_of_one_key_are_texts_in_a_table_for_other_programs(tm
     study = SimpleNamespace(
         keys={"sliding.heat_partition": "share", "numerics.lengths": "lengths"}, rows=lambda: rows
     )
-    frame = pandas.read_parquet(save_study(study, tmp_path / "study.parquet"))
+    frame = pandas.read_parquet(study.save(tmp_path / "study.parquet"))
     assert frame["share"].tolist() == ["mean", "0.5"]
     assert frame["lengths"].tolist() == ["[0.002, 0.001]", "0.002"]
     assert frame["value"].tolist() == [1.0, 2.0]
-    lines = save_study(study, tmp_path / "study.csv").read_text().splitlines()
+    lines = study.save(tmp_path / "study.csv").read_text().splitlines()
     assert lines == ["share,lengths,value", 'mean,"[0.002, 0.001]",1.0', "0.5,0.002,2.0"]
 
 
@@ -382,3 +380,18 @@ def test_points_of_which_the_theory_never_yields_have_elastic_levels(small, tmp_
     _, scenes = scenes_of(scene, {"body.penetration_hardness": [1e13, 1e9]})
     assert [each.elastic for name, each in scenes.items() if name] == [True, False]
     assert len(families_of({name: each for name, each in scenes.items() if name})) == 2
+
+
+def test_keys_of_one_name_have_their_section_in_tables(small, tmp_path):
+    vary = {"body.conductivity": [30.0], "counterface.conductivity": [20.0, 40.0]}
+    counter = {
+        "youngs_modulus": 2e11,
+        "poisson_ratio": 0.3,
+        "conductivity": 20.0,
+        "density": 7900.0,
+    }
+    scene = small.with_("counterface", counter | {"heat_capacity": 500.0})
+    table = study_table(rs.study(scene, vary=vary, folder=tmp_path / "study"))
+    titles = [column.title for column in table.columns[:2]]
+    assert titles == ["body conductivity, W/(m K)", "counterface conductivity, W/(m K)"]
+    assert [row[:2] for row in table.rows] == [["30", "20"], ["30", "40"]]
