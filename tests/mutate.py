@@ -16,6 +16,7 @@ same, only the way to it differs. Not collected by pytest: it takes half an hour
 from __future__ import annotations
 
 import argparse
+import ast
 import io
 import os
 import random
@@ -192,8 +193,18 @@ def room_tests(file: str) -> list[str]:
 
 @cache
 def _test_files() -> dict[str, str]:
-    paths = sorted((ROOT / "tests").rglob("test_*.py"))
-    return {path.relative_to(ROOT).as_posix(): path.read_text() for path in paths}
+    """The text of each test file, and the full name of whatever it imports: `from roughsim.cli import installation`."""
+    found = {}
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        text = path.read_text()
+        names = [
+            f"{node.module}.{name.name}"
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.ImportFrom)
+            for name in node.names
+        ]
+        found[path.relative_to(ROOT).as_posix()] = "\n".join([text, *names])
+    return found
 
 
 def drawn(each: int, seed: int, only: list[str]) -> list[Mutant]:

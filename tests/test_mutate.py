@@ -36,6 +36,8 @@ def test_room_tests_hold_each_module_and_each_file():
     inside = {path.relative_to(ROOT).as_posix() for path in (ROOT / "tests").glob("*/**/test_*.py")}
     assert inside <= {test for tests in found.values() for test in tests}
     assert "tests/estimate/test_bound.py" in found["roughsim/estimate/limit.py"]
+    # named by `from roughsim.cli import installation` alone
+    assert "tests/test_doctor.py" in found["roughsim/cli/installation.py"]
 
 
 def test_tests_of_a_line_are_those_that_run_it_the_closest_first(tmp_path):
