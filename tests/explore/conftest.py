@@ -6,7 +6,7 @@ from tasks_at_once import Now
 from roughsim.explore.content import WatchedRun
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def watched(capped_run):
     return WatchedRun(capped_run.folder)
 
@@ -24,7 +24,7 @@ def opened():
     return open_page
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def shared(watched):
     from bokeh.document import Document
 

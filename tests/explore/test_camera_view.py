@@ -8,6 +8,7 @@ import roughsim as rs
 from roughsim.scene import parse_scene
 
 pytest.importorskip("bokeh")
+pytestmark = pytest.mark.usefixtures("few_fields")
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +33,3 @@ def test_the_page_shows_the_picture_or_the_temperature_itself(seen, opened):
         np.testing.assert_allclose(page.temperature.field, field, atol=1e-5 * field.max())
         title = page.layout.maps["temperature"].figure.title.text
         assert ("through the camera" in title) == bool(words)
-
-
-def test_a_page_without_a_camera_offers_none(page):
-    assert not page.layout.skin.camera.visible
-    assert "camera" not in page.layout.maps["temperature"].figure.title.text

@@ -64,8 +64,3 @@ def test_curves_are_in_the_chosen_direction(grooved, chosen):
     assert np.isnan(page.reactions.sources["hotter"][0].data["theory"]).all()
     lines = reaction_lines(run, "capped", label["direction"])
     assert points_of(lines["hotter"]["of the heat"], "capped")[2] is None
-
-
-def test_isotropic_faces_have_no_choice_of_direction(page):
-    assert not page.controls.direction.visible
-    assert page.direction == 0.0

@@ -39,6 +39,18 @@ def test_the_page_opens_with_the_fields_and_their_real_limits(page, capped_run):
     assert page.layout.problems.text == ""
 
 
+def test_controls_of_what_a_run_lacks_are_hidden(page):
+    # reactions, a camera, directions, and snapshots of a slide
+    assert not page.reactions.figures
+    assert page.reactions.root not in page.layout.root.children
+    assert not page.layout.skin.camera.visible
+    assert "camera" not in page.layout.maps["temperature"].figure.title.text
+    assert not page.controls.direction.visible
+    assert page.direction == 0.0
+    assert page.snapshots is None
+    assert page.layout.root.select_one({"name": "snapshots"}) is None
+
+
 def test_axes_are_shown_with_their_data_and_hidden_without(page):
     layout = page.layout
     figures = [

@@ -9,6 +9,7 @@ from roughsim.observables.distribution import LEVELS
 from roughsim.scene import parse_scene
 
 pytest.importorskip("bokeh")
+pytestmark = pytest.mark.usefixtures("few_fields")
 REACTION = """
 [observables]
 temperature_distribution = true
@@ -63,8 +64,3 @@ def test_the_page_has_the_temperatures_and_rates_of_the_comparison(opened, asked
         assert np.all(np.array(shown["low"]) > 0.0)
     legends = [item.label.value for item in page.reactions.figures["reaction_rate"].legend[0].items]
     assert legends == ["1.5 eV", "0.6 eV"]
-
-
-def test_the_page_of_a_run_that_does_not_ask_has_none(page):
-    assert not page.reactions.figures
-    assert page.reactions.root not in page.layout.root.children

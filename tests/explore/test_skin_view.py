@@ -147,10 +147,10 @@ def test_a_share_that_follows_from_both_bodies_follows_the_chosen_skin(capped_sc
     )
 
 
-def test_a_page_of_a_run_opens_with_its_own_skin(capped_scene, tmp_path):
+def test_a_page_of_a_run_opens_with_its_own_skin(quick, tmp_path):
     skin = SkinSection(thickness=3e-7, conductivity=3.0)
-    scene = replace(capped_scene, body=replace(capped_scene.body, skin=skin, heat_depth=1e-7))
-    run = rs.run(scene, tmp_path / "run", max_realizations=2)
+    scene = replace(quick, body=replace(quick.body, skin=skin, heat_depth=1e-7))
+    run = rs.run(scene, tmp_path / "run", max_realizations=1)
     page = Page(WatchedRun(run.folder), Document(), Now)
     np.testing.assert_array_equal(
         page.temperature.field, next(run.fields("temperature", speed=35.0))[1]

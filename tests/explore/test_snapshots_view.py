@@ -20,26 +20,31 @@ from roughsim.explore.page import Page
 
 
 @pytest.fixture(scope="module")
-def watched_snapshots(sliding_run):
-    return WatchedRun(sliding_run.folder)
-
-
-@pytest.fixture
-def view(watched_snapshots):
-    """Snapshots of a page that has just opened."""
-    return Page(watched_snapshots, Document(), Now).snapshots
+def snapshots(sliding_run):
+    return read_snapshots(sliding_run, 0)
 
 
 @pytest.fixture(scope="module")
-def snapshots(sliding_run):
-    return read_snapshots(sliding_run, 0)
+def shared_view(sliding_run):
+    return Page(WatchedRun(sliding_run.folder), Document(), Now).snapshots
+
+
+@pytest.fixture
+def view(shared_view, snapshots):
+    """Snapshots as on a page that has just opened."""
+    shared_view.play.active = False
+    shared_view.speed.value = "1"
+    shared_view.slider.disabled = True
+    shared_view.show_snapshots(snapshots)
+    return shared_view
 
 
 def pixels(frames, place):
     return as_bytes(frames[place], (float(frames.min()), float(frames.max())))
 
 
-def test_it_opens_at_the_last_position_of_the_fastest_speed(view, snapshots):
+def test_it_opens_at_the_last_position_of_the_fastest_speed(opened, sliding_run, snapshots):
+    view = opened(sliding_run.folder).snapshots
     assert (view.slider.value, view.slider.end) == (15, 15)
     assert view.member.options == ["0"]
     maps = {"pressure": snapshots.maps.pressure, "temperature": snapshots.maps.temperature[1]}
@@ -148,9 +153,3 @@ def test_snapshots_come_up_when_their_slide_is_there(sliding_run, tmp_path):
     page.look_for_news()
     assert page.snapshots.member.options == ["0"]
     assert page.snapshots.text.text.startswith("After 1.01 mm at 35 m/s")
-
-
-def test_a_frozen_run_has_no_snapshots(capped_run):
-    page = Page(WatchedRun(capped_run.folder), Document(), Now)
-    assert page.snapshots is None
-    assert page.layout.root.select_one({"name": "snapshots"}) is None

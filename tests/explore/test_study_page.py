@@ -34,8 +34,13 @@ def study(capped_scene, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def page(study):
-    return StudyPage(study.folder, Document())
+def document():
+    return Document()
+
+
+@pytest.fixture(scope="module")
+def page(study, document):
+    return StudyPage(study.folder, document)
 
 
 def picture(page):
@@ -94,9 +99,7 @@ def test_controls_choose_the_observable_the_axis_and_the_curves(study):
     assert "speed (m/s)" in text
 
 
-def test_a_title_is_text(study):
-    document = Document()
-    StudyPage(study.folder, document)
+def test_a_title_is_text(document, page):
     head = document.roots[0].children[0]
     assert head.text == "a <b>title</b>"
     assert head.render_as_text

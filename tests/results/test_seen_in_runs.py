@@ -44,14 +44,9 @@ def test_members_store_what_one_percent_of_the_picture_exceeds(sharp):
     sample = sharp.members.sample(level)
     q, heat = sample.wavenumber, 0.11 * 35.0 / 30.0
     drift = 35.0 * 7900 * 500 / 30.0
-    cosine = np.sin((np.arange(4000) + 0.5) / 4000 * np.pi / 2) ** 3  # towards q_x = 0
-    weight = (
-        3
-        * np.sin((np.arange(4000) + 0.5) / 4000 * np.pi / 2) ** 2
-        * np.cos((np.arange(4000) + 0.5) / 4000 * np.pi / 2)
-        / np.sqrt(1 - cosine**2)
-        / 4000
-    )
+    turn = (np.arange(1000) + 0.5) / 1000 * np.pi / 2
+    cosine = np.sin(turn) ** 3  # towards q_x = 0
+    weight = 3 * np.sin(turn) ** 2 * np.cos(turn) / np.sqrt(1 - cosine**2) / 1000
     waves = [k**2 - 1j * k * drift * cosine for k in q]
     whole = sample.spectrum[0] @ [weight @ (1 / np.abs(wave)) for wave in waves]
     # half of the cell of 2 mm
