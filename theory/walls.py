@@ -14,6 +14,7 @@ Images (left) and modes (right) are used in their ranges of convergence; no digi
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import exp, log, pi
 
 import numpy as np
@@ -25,7 +26,6 @@ from theory.arguments import (
     Array,
     SpectrumLike,
     breaks_of,
-    kept_for_values,
     not_negative_array,
     positive,
     real_array,
@@ -66,7 +66,6 @@ def area_fractions(
     return reached(rest, s, g), between(min(s, rest), g), reached(s, rest, g)
 
 
-@kept_for_values  # .007 s, asked for six times by a comparison
 def yield_wavenumber(
     spectrum: SpectrumLike,
     *,
@@ -101,14 +100,20 @@ def yield_wavenumber(
     s, rest, hardness = shares(nominal_pressure, penetration_hardness)
     if rest == 0.0:
         return float(breaks_of(spectrum)[0])
+    g_yield = _half_variance_at(share, s, rest)
+    return half_variance_table(spectrum).inverse(g_yield * (hardness / modulus) ** 2 * 4 / pi)
+
+
+@lru_cache(maxsize=64)  # .007 s, the same up to each cut-off of a run
+def _half_variance_at(share: float, s: float, rest: float) -> float:
+    """Return the G/σ_P² at which A_el/(A_el + A_pl) is `share`."""
 
     def excess(log_g: float) -> float:
         g = np.exp(np.array([log_g]))
         elastic, plastic = float(between(min(s, rest), g)[0]), float(reached(s, rest, g)[0])
         return elastic / (elastic + plastic) - share
 
-    g_yield = exp(root(excess, log(1e-30), log(70.0), accuracy=1e-14))
-    return half_variance_table(spectrum).inverse(g_yield * (hardness / modulus) ** 2 * 4 / pi)
+    return exp(root(excess, log(1e-30), log(70.0), accuracy=1e-14))
 
 
 def half_variance_of(share: float, variance: float) -> float:
