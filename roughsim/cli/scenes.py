@@ -29,6 +29,7 @@ from roughsim.cli.words import (
     print_json,
     print_parts,
     show_scene,
+    tell_in_lines,
 )
 from roughsim.show.text import clock, fail, note, say, tell, warn
 
@@ -205,11 +206,9 @@ def run(  # noqa: PLR0913  (each is an option)
             press_beside(result, measured)
     except KeyboardInterrupt:  # caught here: typer would end without a message
         fail(_STOPPED, 130)
-    tell(
-        f"{result.extent} in {result.folder}, {clock(time.monotonic() - began)}; {outcome(result)}"
-    )
-    for line in losses(result):
-        tell(line)
+    took = clock(time.monotonic() - began)
+    for line in (f"{result.extent} in {result.folder}, {took}; {outcome(result)}", *losses(result)):
+        tell_in_lines(line)
     _compare(result, chart)
     if result.failed > 0.01 * result.realizations:
         raise Exit(1)
@@ -247,7 +246,7 @@ def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     from roughsim.planning.realization import slide_problem
     from roughsim.planning.reasons import opening
 
-    tell(opening(scene, numerics, cost_of(scene, numerics)))
+    tell_in_lines(opening(scene, numerics, cost_of(scene, numerics)))
     if numerics.slide is not None:
         steps = slide_problem(scene, numerics).steps
         tell(

@@ -98,6 +98,11 @@ def print_json(value: Any) -> None:
     say(json.dumps(value, indent=1))
 
 
+def tell_in_lines(text: str) -> None:
+    """Write a sentence to the standard error, broken between words."""
+    tell("\n".join(wrapped(text, columns_of_terminal())))
+
+
 def print_parts(*parts: str | Table) -> None:
     """Print lines and tables, an empty line between tables."""
     width = columns_of_terminal()
