@@ -144,7 +144,7 @@ def _over(points: _Points, theory: _Points) -> _Points:
     """Return points over those of the theory; NaN where it has none."""
     below = np.interp(points.x, theory.x, theory.value) if theory.x.size else np.nan
     with np.errstate(all="ignore"):  # of what is 0 in theory
-        return points._replace(value=points.value / below, error=points.error / below)
+        return points._replace(value=points.value / below, error=points.error / np.abs(below))
 
 
 def _draw_curves(
@@ -241,7 +241,10 @@ def _points(curve: Estimate, x: Along, column: str) -> _Points:
     )
     whole = np.array([_is_whole(entry) for entry in entries], bool)
     factor = shown(curve.unit)[1]
-    return _Points(places * x.factor, value * factor, np.nan_to_num(error) * factor, whole)
+    error = np.where(
+        np.isfinite(error), error, 0.0
+    )  # unknown, or infinite as slope lengths at rest
+    return _Points(places * x.factor, value * factor, error * factor, whole)
 
 
 def _draw_map(axes: Axes, curves: Mapping[str, Estimate], x: Along, y: Along, column: str) -> None:
