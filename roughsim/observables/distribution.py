@@ -147,8 +147,9 @@ def _interpolated(temperatures: Array, shares: Array, at: Array) -> Array:
     ends = np.clip(np.stack([place - 1, place], axis=-1), 0, last)
     start, end = np.moveaxis(np.take_along_axis(temperatures, ends, axis=-1), -1, 0)
     below, above = np.moveaxis(np.take_along_axis(shares, ends, axis=-1), -1, 0)
-    with np.errstate(all="ignore"):  # no step outside
-        between = below + (above - below) * (at - start) / (end - start)
+    # bins of one temperature ascend but for rounding
+    part = np.divide(at - start, end - start, out=np.zeros_like(start), where=end > start)
+    between = below + (above - below) * np.clip(part, 0.0, 1.0)
     between = np.where(place > last, 1.0, between)
     return np.where(place == 0, 0.0 * start, between)
 

@@ -11,6 +11,7 @@ from roughsim.observables.distribution import (
     Bins,
     binned,
     pooled_quantile,
+    share_below,
     two_pressures,
     weighted_quantiles,
 )
@@ -170,6 +171,17 @@ def test_a_quantile_beyond_which_lie_too_few_spots_is_unknown(spots, known):
     for sign, level in (1.0, 0.99), (-1.0, 0.01):
         bins = Bins(sign * own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
         assert pooled_quantile(bins, sign * own, level, "area").known == known
+
+
+def test_a_share_between_bins_that_ascend_but_for_rounding_is_between_0_and_1():
+    above = np.nextafter(1.0, 2.0)
+    temperature = np.ones((1, 1, BIN_AREAS.size))
+    temperature[..., -8:-3] = above
+    shape = np.ones_like(temperature)
+    bins = Bins(temperature, 1e9 * shape, 0.0 * shape, 0.0 * shape)
+    for at in 1.0, above:
+        share = share_below(bins, BIN_AREAS * shape, np.array([at]))
+        assert 0.0 < share <= 1.0
 
 
 @pytest.mark.parametrize("weight", ["heat", "area"])
