@@ -69,6 +69,8 @@ def main(words: list[str] | None = None) -> None:
     """Run the command line on `words`, or on the process's own; an error is one line and a non-zero exit code."""
     # which pydantic looks for in all packages, a sixteenth of a start
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
+    # a run sets the threads of linear algebra itself; starting them takes a fifth of the CPU time of other commands
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     show_warnings_once()
     show_notes()
     print_in_any_language()
