@@ -67,7 +67,7 @@ def test_the_scene_and_the_command_give_the_number_too(scene, tmp_path, capsys):
         with pytest.raises(SystemExit) as ended:
             main([*words, *more])
         assert ended.value.code == 0
-        assert f"{number} realizations in " in capsys.readouterr().err
+        assert f"{number} realizations in" in capsys.readouterr().err
     for option in (["--max", "9"], ["--until", "flash_temperature=1%"], ["--target-error", "1%"]):
         with pytest.raises(SystemExit) as ended:
             main([*words, *option])
