@@ -143,7 +143,7 @@ def busiest_part(field: Array) -> _Window | None:
 
 def averaged(pressure: Array) -> Array:
     """Return the pressure averaged over about the size of an enlarged part: its peak is at the largest contact."""
-    # a Gaussian, by its spectrum over cycles per pixel
+    # a Gaussian, by its spectrum over cycles per pixel: loading scipy.ndimage for it takes .05 s
     along, across = np.fft.fftfreq(pressure.shape[0])[:, None], np.fft.rfftfreq(pressure.shape[1])
     weights = np.exp(-2.0 * (np.pi * ENLARGED / 8) ** 2 * (along**2 + across**2))
     smooth: Array = fourier.inverse(fourier.forward(pressure) * weights, pressure.shape)

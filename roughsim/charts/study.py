@@ -241,9 +241,8 @@ def _points(curve: Estimate, x: Along, column: str) -> _Points:
     )
     whole = np.array([_is_whole(entry) for entry in entries], bool)
     factor = shown(curve.unit)[1]
-    error = np.where(
-        np.isfinite(error), error, 0.0
-    )  # unknown, or infinite as slope lengths at rest
+    # without bars where the error is unknown, or infinite as that of slope lengths at rest
+    error = np.where(np.isfinite(error), error, 0.0)
     return _Points(places * x.factor, value * factor, error * factor, whole)
 
 

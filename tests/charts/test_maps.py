@@ -6,6 +6,7 @@ from chart_cases import SPEED
 from matplotlib import colormaps
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from scipy.ndimage import gaussian_filter
 
 import roughsim as rs
 from roughsim.charts import maps
@@ -27,6 +28,12 @@ def test_axis_0_is_x_and_points_stand_at_their_coordinates():
     )  # in µm; half a point beyond the first and the last
     np.testing.assert_allclose([left, right, bottom, top], [-1.0, 11.0, -1.5, 10.5])
     assert axes.get_xlabel() == "$x$ (µm)"
+
+
+def test_the_busiest_part_is_found_in_a_pressure_blurred_by_an_eighth_of_its_side():
+    pressure = np.random.default_rng(3).random((200, 300))
+    blurred = gaussian_filter(pressure, maps.ENLARGED / 8, mode="wrap", truncate=8.0)
+    np.testing.assert_allclose(maps.averaged(pressure), blurred, rtol=1e-6)
 
 
 def test_zero_pressure_is_white_and_heights_are_symmetric():
