@@ -208,10 +208,11 @@ def draw_over_speed(axes: Axes, entry: Entry, observable: str, colour: str | Non
 
 
 def _draw_ratios(axes: Axes, entry: Entry, colour: str | None) -> None:
-    """Draw T_flash of the law and of each measured column over T_flash of the theory."""
-    dense = theories(entry.scene, "flash_temperature")
-    speed, theory = dense["theory"]
-    _line(axes, speed, dense["calibrated"][1] / theory, entry, "calibrated", colour)
+    """Draw T_flash of each other theory and of each measured column over T_flash of the theory."""
+    others = theories(entry.scene, "flash_temperature")
+    speed, theory = others.pop("theory")
+    for source, (at, values) in others.items():
+        _line(axes, at, values / np.interp(at, speed, theory), entry, source, colour)
     for column in entry.columns():
         found, below = (entry.in_motion("flash_temperature", name) for name in (column, "theory"))
         ratio, of_column = found.mean / below.mean, colour or COLOURS[column]

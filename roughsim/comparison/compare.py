@@ -186,7 +186,7 @@ class Comparison:
         for row in self.rows:
             cells = {"observable": with_unit(row.title, row.unit)} | row.heads | row.numbers
             if SLIDING in row.columns:
-                cells[OF_SLIDING] = Number(row.theories[SLIDING_CALIBRATED], row.unit)
+                cells[OF_SLIDING] = row.entries[SLIDING_CALIBRATED].number()
             ratios = {name: ratio.number() for name, ratio in row.ratios.items()}
             rows.append(cells | ratios | {"note": row.note})
         notes, title = [*meanings(self), *self.notes()], _title(self.run)

@@ -3,13 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import update_wrapper
-from math import isnan, nan
 from pathlib import Path
 from typing import Any, Generic, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
-from roughsim import prediction
 from roughsim.comparison.camera import pictured
 from roughsim.comparison.tables import (
     asked_of_scene,
@@ -20,11 +18,11 @@ from roughsim.comparison.tables import (
     theory_table,
     theory_values,
 )
+from roughsim.estimate.levels import FLASH
 from roughsim.grid import Array
 from roughsim.planning.limits import Plausibility, judge
 from roughsim.results.theories import CALIBRATED, joined, theory_columns
 from roughsim.scene import Scene, SceneLike, as_scene
-from roughsim.scene.numerics import SLIDING
 from roughsim.show.markup import in_notebook
 from roughsim.show.remarks import warn_of
 from roughsim.show.table import Number, Table, table_of, with_unit
@@ -101,22 +99,18 @@ class Theory:
         return theory_table(self.scene)
 
     def summary(self) -> Table:
-        """Return T_flash with its error by the calibrated spectrum, and by the theory, the highest speed first."""
-        scene, law = self.scene, prediction.calibrated(self.scene)
-        kelvin: dict[
-            str, tuple[Array, float]
-        ] = {}  # T_flash, and its relative error, NaN if unknown
-        if scene.sliding.history == SLIDING and (slid := prediction.sliding_prediction(scene)):
-            kelvin["sliding, K"] = slid.flash_temperature, prediction.sliding_error(scene)
-        if law.stress_spectrum is not None:
-            kelvin["calibrated, K"] = self.calibrated, law.errors["flash_temperature"]
-        kelvin["theory, K"] = self.flash_temperature, 0.0 if kelvin else nan
+        """Return T_flash by each theory with its error, the calibrated ones first, the highest speed first."""
+        scene, columns = self.scene, theory_columns(self.scene)
+        kelvin = {name: column(FLASH) for name, column in reversed(columns.items())}
+        found = {name: one for name, one in kelvin.items() if one and not np.isnan(one.mean).all()}
         rows = []
         for k in np.argsort(-np.array(scene.speeds), kind="stable"):
             row = heads_of(scene.cases[k])
-            for name, (values, error) in kelvin.items():
-                value, unknown = values.flat[k], ("unknown",) * isnan(error)
-                row[name] = Number(value, "K", error * value, unknown)
+            for name, one in found.items():  # the paper's beside one with an error states none
+                states = one.budget or len(found) == 1
+                error = one.total_error.flat[k] if states else 0.0
+                head = with_unit(name.removesuffix("_calibrated"), "K")
+                row[head] = Number(one.mean.flat[k], "K", error)
             row[with_unit("D_flash", "m")] = Number(self.flash_width.flat[k], "m")
             rows.append(row | {"share": Number(self.heat_partition.flat[k])})
         areas = f"{self.contact_fraction:.3g} of the area, {self.plastic_fraction:.3g} yields"

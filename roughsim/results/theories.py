@@ -129,11 +129,14 @@ def _of_fields(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
 def _sliding_theory(
     scene: Scene, by_law: Callable[[], Predicted], observable: str
 ) -> Estimate | None:
-    """Return an observable by the calibrated theory of two bodies that slide."""
+    """Return an observable by the calibrated theory of two bodies that slide; T_flash with its error."""
     slid = prediction.sliding_prediction(scene)
     if slid is None:
         return None
     if observable == "contact_fraction":
         return exact(scene, observable, by_law()[observable])
     mean = getattr(slid, observable, None)
-    return None if mean is None else exact(scene, observable, mean)
+    if mean is None:
+        return None
+    budget = {"law": mean * prediction.sliding_error(scene)} if observable == FLASH else {}
+    return exact(scene, observable, mean, budget)

@@ -205,7 +205,9 @@ def test_the_theory_of_two_bodies_stands_beside_it(run):
     titles = [column.title for column in shown.columns]
     at = titles.index("sliding")
     assert titles[at + 1] == "sliding, calibrated"
-    assert shown.cells(at + 1)[1] == f"{slid.flash_temperature[1]:.4g}"
+    # within 6 % (docs/sliding.md)
+    flash = slid.flash_temperature[1]
+    assert shown.cells(at + 1)[1] == f"{flash:.0f} ± {0.06 * flash:.0f}"
     frame = table.to_dataframe()
     assert frame["sliding_calibrated"].iloc[1] == slid.flash_temperature[1]
 
