@@ -11,7 +11,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-SIZE = {"width": 1180, "height": 1316}  # as wide as its columns; without the text at the end
+SIZE = {"width": 960, "height": 1340}  # three maps in a line; without the text at the end
 SECONDS = 5.0  # until all fields have come
 
 

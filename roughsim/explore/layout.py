@@ -31,7 +31,7 @@ from roughsim.results.run import Run
 from roughsim.show.table import shown
 from roughsim.table import Estimate
 
-_SIDE = 300  # screen pixels along the longer side of a map: one fits on a telephone, three beside each other on a screen
+_SIDE = 254  # screen pixels along the longer side of a map: three stand beside each other in half a screen
 _ALONG = "xpan,xwheel_zoom,reset,save"  # tools of a figure over one axis
 _WIDE: Any = {"sizing_mode": "stretch_width"}  # takes the room that there is
 _PAGE = "calc(100vw - 24px)"  # the width of the page within its margins
@@ -40,8 +40,8 @@ _REST = {"flex": "1 1 600px", "min-width": "0", "max-width": _PAGE, "overflow-x"
 _HEAT = COLOUR_OF["temperature"]
 # title of the map, letter, SI unit
 FIELDS = {
-    "heights": ("Composite heights", "h", "m"),
-    "pressure": ("Contact pressure", "σ", "Pa"),
+    "heights": ("Heights", "h", "m"),
+    "pressure": ("Pressure", "σ", "Pa"),
     "temperature": ("Temperature", "T", "K"),
 }
 # title, formula and SI unit along y
@@ -62,6 +62,7 @@ _STYLE = {
         "major_label_text_font_size": "12px",
         "axis_label_standoff": 2,
     },
+    "BaseColorBar": {"major_label_text_font_size": "12px"},
     "Legend": LEGEND | {"padding": 4, "margin": 4, "spacing": 0},
 }
 THEME = Theme(json={"attrs": _STYLE})
@@ -115,8 +116,9 @@ class MapPanel:
     def __init__(self, quantity: str, name: str, **options: Any):
         self.title, _, self.unit = FIELDS[quantity]
         tools = {"tools": "pan,wheel_zoom,box_zoom,tap,reset,save", "active_scroll": "wheel_zoom"}
-        # hidden until there is a field
-        self.figure = figure(title=self.title, name=name, visible=False, **tools, **options)
+        # hidden until there is a field; tools stand in the line of the title, since beside a map they take its room
+        options |= {"toolbar_location": "above", "visible": False}
+        self.figure = figure(title=self.title, name=name, **tools, **options)
         self.figure.grid.visible = False
         self.image = empty_source("image", "x", "y", "dw", "dh")
         self.quantity = quantity
@@ -249,9 +251,9 @@ class _CurvePanel:
         self.x_factor, self.factor = shown(x_si)[1], shown(y_si)[1]
         axes = {"x_axis_type": "log", "y_axis_type": kind}
         axes |= {"x_axis_label": _formula(x, x_si), "y_axis_label": _formula(y, y_si)}
-        self.figure = figure(
-            title=title, width=286, height=270, tools="pan,wheel_zoom,box_zoom,reset,save", **axes
-        )
+        axes |= {"toolbar_location": "above", "tools": "pan,wheel_zoom,box_zoom,reset,save"}
+        styles = {"flex": "1 1 230px", "max-width": "310px"}
+        self.figure = figure(title=title, height=250, styles=styles, **axes, **_WIDE)
         self.sources = {"theory": empty_source("x", "y", "calibrated")}
         line = {"line_width": 1.5, "source": self.sources["theory"]}
         self.figure.line("x", "y", color=THEORY, legend_label="theory", **line)
@@ -267,9 +269,9 @@ class _CurvePanel:
         self.chosen_speed = upright(speed, MARK)
         if self.over_speed:
             self.figure.add_layout(self.chosen_speed)
-            self.figure.legend.visible = False  # one legend is enough for the row
-        else:
-            self.figure.legend.location = "bottom_left"  # below the curves, which begin high
+        # one legend is enough for the row, below curves that rise
+        self.figure.legend.visible = name == "flash_temperature"
+        self.figure.legend.location = "bottom_right"
 
     def show_theory(self, x: Field, y: Field, calibrated: Field) -> None:
         """Show the curves of the theory; SI."""
@@ -339,7 +341,7 @@ class Layout:
             row(*(panel.figure for panel in self.maps.values()), styles=WRAPPED),
             self.values,
             row(*halves, styles=WRAPPED, **_WIDE),
-            row(*(panel.figure for panel in self.curves.values()), styles=WRAPPED),
+            row(*(panel.figure for panel in self.curves.values()), styles=WRAPPED, **_WIDE),
             row(scene, models.Tabs(tabs=tabs, styles=_REST), spacing=30, styles=WRAPPED, **_WIDE),
             margin=(6, 10),
             **_WIDE,

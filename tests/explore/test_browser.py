@@ -138,7 +138,7 @@ def look_at(tab, address):
         tab.keyboard.press("ArrowRight")
     turned = until(tab, lambda state: state["angle"] == 3 and "m/s" in state["title"])
     assert turned["problems"] == ""
-    tab.set_viewport_size({"width": 1000, "height": 1200})  # two maps in a line, one in the next
-    until(tab, lambda state: state["widths"] == [300, 300, 300])
+    tab.set_viewport_size({"width": 900, "height": 1200})  # two maps in a line, one in the next
+    until(tab, lambda state: state["widths"] == [254, 254, 254])
     assert errors == []
     assert [url for url in requests if not url.startswith((address, "data:", "blob:"))] == []

@@ -195,7 +195,7 @@ def test_a_field_of_half_the_cell_fills_the_view_and_says_its_size(capped_scene,
     layout.controls.level.value = "1"
     layout.controls.member.value = "0"
     assert view() == [pytest.approx((0.0, 1.0, 1.0, -0.02, 1.02))] * 2
-    assert title().startswith("Contact pressure (GPa), half the cell: 1 × 1 mm")
+    assert title().startswith("Pressure (GPa), half the cell: 1 × 1 mm")
     pressure = run.field(1, 0, "pressure")
     limits = float(pressure.min()), float(pressure.max())
     np.testing.assert_array_equal(image(page, "pressure")["image"][0], as_bytes(pressure, limits))
