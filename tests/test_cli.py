@@ -229,6 +229,18 @@ def test_the_list_of_verbs_cuts_no_sentence_on_a_terminal_of_80_columns(capsys, 
     assert all(line.endswith(".") and not line.endswith("...") for line in verbs)
 
 
+@pytest.mark.parametrize("words", [("theory", "nosuch"), ("doctor",)])
+def test_lines_break_between_words_of_a_terminal(capsys, monkeypatch, words):
+    _, out, err = inside(capsys, *words)
+    monkeypatch.setenv("COLUMNS", "60")
+    _, *narrow = inside(capsys, *words)
+    assert max(map(len, (out + err).splitlines())) > 60
+    for line in "".join(narrow).splitlines():
+        assert len(line) <= 60 or " " not in line
+    if words == ("theory", "nosuch"):
+        assert " ".join("".join(narrow).split()) == err.strip()
+
+
 def test_the_readme_lists_the_verbs_that_there_are():
     readme = (ROOT / "README.md").read_text()
     verbs = {info.name or info.callback.__name__ for info in cli.app.registered_commands}

@@ -47,7 +47,7 @@ def examine(folder: Path) -> dict[str, Any]:
     needed = [package["sound"] for name, package in packages.items() if name not in _REPLACEABLE]
     return {
         "roughsim": rs.__version__,
-        "place": str(Path(__file__).parent),
+        "place": str(Path(rs.__file__).parent),
         "python": platform.python_version(),
         "system": platform.platform(),
         "packages": packages,

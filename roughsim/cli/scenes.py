@@ -1,6 +1,5 @@
 """Commands that take a scene, and commands without arguments."""
 
-import json
 import time
 import warnings
 from functools import partial
@@ -29,7 +28,6 @@ from roughsim.cli.words import (
     print_json,
     print_parts,
     show_scene,
-    tell_in_lines,
 )
 from roughsim.show.text import clock, fail, note, say, tell, warn
 
@@ -208,7 +206,7 @@ def run(  # noqa: PLR0913  (each is an option)
         fail(_STOPPED, 130)
     took = clock(time.monotonic() - began)
     for line in (f"{result.extent} in {result.folder}, {took}; {outcome(result)}", *losses(result)):
-        tell_in_lines(line)
+        tell(line)
     _compare(result, chart)
     if result.failed > 0.01 * result.realizations:
         raise Exit(1)
@@ -246,7 +244,7 @@ def _show_plan(scene: "rs.Scene", numerics: "rs.Numerics") -> None:
     from roughsim.planning.realization import slide_problem
     from roughsim.planning.reasons import opening
 
-    tell_in_lines(opening(scene, numerics, cost_of(scene, numerics)))
+    tell(opening(scene, numerics, cost_of(scene, numerics)))
     if numerics.slide is not None:
         steps = slide_problem(scene, numerics).steps
         tell(
@@ -352,6 +350,9 @@ def doctor(as_json: Json = False) -> None:
     from roughsim.cli.installation import examine, lines
 
     findings = examine(Path())
-    say(json.dumps(findings, indent=1) if as_json else "\n".join(lines(findings)))
+    if as_json:
+        print_json(findings)
+    else:
+        print_parts(*lines(findings))
     if not findings["sound"]:
         raise Exit(1)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 import roughsim as rs
-from roughsim.show.table import Table, columns_of_terminal, table_text, wrapped
-from roughsim.show.text import marked, note, say, tell, warn
+from roughsim.show.table import Table, table_text
+from roughsim.show.text import columns_of_terminal, marked, note, say, tell, warn, wrapped
 
 if TYPE_CHECKING:  # commands import late: the help loads none of these
     from roughsim.results.run import Run
@@ -96,11 +96,6 @@ def open_without_damaged(folder: Path) -> "Run | Study":
 def print_json(value: Any) -> None:
     """Print a value as JSON."""
     say(json.dumps(value, indent=1))
-
-
-def tell_in_lines(text: str) -> None:
-    """Write a sentence to the standard error, broken between words."""
-    tell("\n".join(wrapped(text, columns_of_terminal())))
 
 
 def print_parts(*parts: str | Table) -> None:

@@ -212,7 +212,7 @@ def calibrated_note(scene: Scene, names: Sequence[str] = ()) -> str:
     if law.stress_spectrum is None:
         return f"calibrated: none, as {law.range}."
     bands = ", ".join(
-        f"{error:.0%} ({name})"
+        f"{100 * error:.0f} % ({name})"
         for name, error in law.errors.items()
         if name in (names or law.errors)
     )
@@ -227,7 +227,7 @@ def sliding_note(scene: Scene) -> str:
     if prediction.calibrated(scene).stress_spectrum is None:
         return f"{OF_SLIDING}: none, as {prediction.calibrated(scene).range}."
     error = prediction.sliding_error(scene)
-    within = f"within {error:.0%} of slides" if error > 0.0 else "with an unknown error"
+    within = f"within {100 * error:.0f} % of slides" if error > 0.0 else "with an unknown error"
     return (
         f"{OF_SLIDING}: two bodies that slide, by the calibrated stress spectrum of a clipped Gaussian field, T_flash "
         f"{within}; mean over the last half of the slid distance."

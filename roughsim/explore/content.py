@@ -24,7 +24,8 @@ from roughsim.results.folder import gap, open_run
 from roughsim.results.run import Run
 from roughsim.results.snapshots import pictured
 from roughsim.scene import Scene, with_short_tables
-from roughsim.show.table import PIPED, table_text
+from roughsim.show.table import table_text
+from roughsim.show.text import PIPED
 from roughsim.table import Estimate
 
 CORRELATION = "pressure_correlation"

@@ -135,7 +135,7 @@ def continuation_fault(scene: Scene) -> str:
         )
     if moving_roughness(scene) > _MOVING_PART:
         return (
-            f"over {_MOVING_PART:.0%} of C(q) is on the moving face, where the theory that continues it errs by more "
+            f"over {100 * _MOVING_PART:.0f} % of C(q) is on the moving face, where the theory that continues it errs by more "
             f"than {100 * CONTINUED:.2g} %"
         )
     return ""

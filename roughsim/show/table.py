@@ -6,12 +6,11 @@ Every ± is a total error that holds with 95 %. Value and error both end at the 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10
-from shutil import get_terminal_size
 from textwrap import wrap
 from typing import Any
 from unicodedata import east_asian_width
 
-from roughsim.show.text import plain, plain_lines
+from roughsim.show.text import columns_of_terminal, plain, wrapped
 
 # SI unit → unit that people read, and the factor between them; a unit that is not here is shown as it is
 SHOWN = {
@@ -23,9 +22,6 @@ SHOWN = {
     "Pa^2": ("GPa²", 1e-18),
 }
 _MOST_DIGITS = 6  # of a value that are worth printing
-PIPED = (
-    150  # columns: a pipe without the variable COLUMNS has no width, and no number is to be broken
-)
 _LEAST_TEXT = (
     30  # columns that a text may be narrowed to; longer words, such as paths, are then broken
 )
@@ -124,11 +120,6 @@ class Table:
         return ["" if repeat else row[k] for row, repeat in zip(texts, repeats, strict=True)]
 
 
-def columns_of_terminal(piped: int = PIPED) -> int:
-    """Return the variable COLUMNS, or the width of the terminal of the standard output, or `piped` without either."""
-    return get_terminal_size((piped, 1)).columns
-
-
 def table_text(table: Table, width: int | None = None) -> str:
     """Return a table as plain text, of at most `width` columns, by default the terminal's, if its numbers allow it.
 
@@ -144,13 +135,6 @@ def table_text(table: Table, width: int | None = None) -> str:
     for note in table.notes:
         lines += wrapped(note, width)
     return "\n".join(lines)
-
-
-def wrapped(text: str, width: int) -> list[str]:
-    """Return the lines of a text, broken between words."""
-    lines = plain_lines(text).split("\n")
-    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-    return [part for line in lines for part in wrap(line, width, **whole) or [""]]
 
 
 def _columns_of(text: str) -> int:

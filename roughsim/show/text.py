@@ -11,8 +11,11 @@ import sys
 import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from shutil import get_terminal_size
+from textwrap import wrap
 from typing import Any, NoReturn
 
+PIPED = 150  # columns of a pipe without the variable COLUMNS: it has no width, and no number is to be broken
 _LONGEST = 1200  # characters of an error; a path of thousands is cut in its middle
 _ASCII = {
     "±": "+/-", "×": "x", "µ": "u", "μ": "mu", "°": "deg", "²": "^2", "³": "^3", "⁴": "^4", "₀": "0", "₁": "1",
@@ -35,6 +38,18 @@ def plain(text: object) -> str:
 def plain_lines(text: object) -> str:
     """Return text with each of its lines made `plain`."""
     return "\n".join(plain(line) for line in str(text).split("\n"))
+
+
+def columns_of_terminal(piped: int = PIPED) -> int:
+    """Return the variable COLUMNS, or the width of the terminal of the standard output, or `piped` without either."""
+    return get_terminal_size((piped, 1)).columns
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """Return the lines of a text, broken between words."""
+    lines = plain_lines(text).split("\n")
+    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return [part for line in lines for part in wrap(line, width, **whole) or [""]]
 
 
 def print_in_any_language() -> None:
@@ -62,10 +77,11 @@ def say(text: str) -> None:
 
 
 def tell(text: str) -> None:
-    """Write lines to the standard error; nothing if it is closed."""
+    """Write lines to the standard error, broken between words at the width of a terminal; nothing if it is closed."""
     if sys.stderr is not None:
+        lines = wrapped(text, columns_of_terminal(piped=sys.maxsize))
         with suppress(OSError):
-            sys.stderr.write(f"{plain_lines(text)}\n")
+            sys.stderr.write("".join(f"{line}\n" for line in lines))
             sys.stderr.flush()
 
 

@@ -84,8 +84,8 @@ def test_theory_says_it_beside_the_paper_with_the_share_of_the_heat():
     assert titles[1:3] == ["flash_temperature, K", "calibrated, K"]
     assert table.cells(2) == [f"{value:.4g}" for value in said["flash_temperature"]]
     assert table.notes[1] == (
-        "calibrated: by the calibrated stress spectrum, within 7% (flash_temperature), 9% (pressure_variance), "
-        "10% (contact_fraction), 50% (plastic_fraction) of simulations; other values may be further off."
+        "calibrated: by the calibrated stress spectrum, within 7 % (flash_temperature), 9 % (pressure_variance), "
+        "10 % (contact_fraction), 50 % (plastic_fraction) of simulations; other values may be further off."
     )
 
 

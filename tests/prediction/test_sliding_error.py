@@ -124,7 +124,7 @@ def test_full_contact_does_not_depend_on_the_background(moving, resting, part):
 def test_the_error_is_in_json_and_notes():
     scene = scene_of("titanium", "brass", 0.8, 3e9)
     assert theory_dict(scene)["calibrated"]["sliding"]["error"] == sliding_error(scene)
-    assert "within 6% of slides" in sliding_note(scene)
+    assert "within 6 % of slides" in sliding_note(scene)
 
 
 def test_outside_the_law_no_error_is_known():
