@@ -72,7 +72,7 @@ class _Grids(NamedTuple):
         """Return the level of a cut-off, the lowest in the whole cell; None if its grid is too large.
 
         Its points divide by the parts of all levels, as those above it are solved with its pixel, too. In a part of
-        the cell are at least half of those of the lowest level.
+        the cell are at least half of `base`.
         """
         x, y = (
             self.parts * fast_size(pixels * q_max * side / (2 * pi) / self.parts)
