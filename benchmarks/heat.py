@@ -190,7 +190,11 @@ def hot_tracks(axis):
                 + " ".join(f"{value:8.1e}" for value in error)
             )
     decades(axis, x=(1, 1e4), y=(1e-5, 1e3))
-    axis.set(title="hot tracks, by longest waves", xlabel="vL/(2πD)", ylabel="error of $T_{flash}$")
+    axis.set(
+        title="hot tracks, by longest waves",
+        xlabel=r"$vL/(2\pi D)$",
+        ylabel=r"error of $T_\mathrm{flash}$",
+    )
     legend_below(axis, columns=2)
     return found | {"tracks_from_rest": max(rests)}
 
@@ -219,7 +223,7 @@ def undershoot(axis):
             style,
             marker="o",
             color=REST,
-            label=f"from rest, vR/D = {peclet:g}",
+            label=f"from rest, $vR/D$ = {peclet:g}",
         )
         most = np.maximum(most, 100 * np.array(shares["rest"]))
         print(
@@ -231,7 +235,7 @@ def undershoot(axis):
     axis.set(
         title="undershoot at a sharp edge",
         xlabel="pixels per half side",
-        ylabel="$-T_{min}/T_{max}$",
+        ylabel=r"$-T_\mathrm{min}/T_\mathrm{max}$",
     )
     legend_below(axis, columns=2)
     _ticks(axis, sizes)
@@ -260,9 +264,9 @@ def resolution(axis):
             1 - float(np.sum(power * grid.wavenumbers) / pressure.mean()) / (math.pi / 2)
         )
     curves = {
-        "∇²T, resting Hertz contact": (laplacian, PINK),
-        "$T_{max}$, fast square, at centres": (centres, GREEN),
-        "$T_{max}$, source_temperature": (search, AMBER),
+        r"$\nabla^2T$, resting Hertz contact": (laplacian, PINK),
+        r"$T_\mathrm{max}$, fast square, at centres": (centres, GREEN),
+        r"$T_\mathrm{max}$, source_temperature": (search, AMBER),
     }
     for label, (values, color) in curves.items():
         axis.loglog(sizes, values, "o-", color=color, label=label)

@@ -26,6 +26,7 @@ exclude_patterns = ["figures"]
 html_show_copyright = False
 html_static_path = ["static"]
 html_css_files = ["wide.css"]
+highlight_language = "none"  # commands and their output are no Python
 html_math_renderer = "mathml"  # browsers draw it themselves: no script, nothing from elsewhere
 
 nb_execution_mode = "force"  # the notebooks are stored without results
@@ -78,6 +79,16 @@ def keep_signs(app, what, name, obj, options, lines) -> None:
     lines[:] = [re.sub(r"(\w)_(?=\W|$)", r"\1\\_", line) for line in lines]
 
 
+def keep_together(app, doctree) -> None:
+    """Keep a number and its unit or error on one line, and give negative numbers a minus sign."""
+    unit = r"(?<=\d) (?=[±%]|[kMG]?Pa\b|[µm]?m\b|K\b)|(?<=±) (?=\d)"
+    for paragraph in doctree.findall(nodes.paragraph):
+        for text in list(paragraph.findall(nodes.Text)):
+            if not isinstance(text.parent, nodes.literal | nodes.math):
+                words = re.sub(r"(?<![\w.-])-(?=\d)", "−", re.sub(unit, "\u00a0", text))
+                text.parent.replace(text, nodes.Text(words))
+
+
 def formula(writer, node) -> None:
     """Write a formula as MathML."""
     display = "block" if isinstance(node, nodes.math_block) else "inline"
@@ -90,4 +101,5 @@ def setup(app) -> None:
     app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("source-read", add_other_pages)
     app.connect("source-read", add_lists)
+    app.connect("doctree-read", keep_together)
     app.connect("autodoc-process-docstring", keep_signs, priority=400)  # before napoleon, at 500

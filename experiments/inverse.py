@@ -170,7 +170,7 @@ def chart(
         public = upper.axvspan(0.42, 0.5, color=AMBER, alpha=0.3, lw=0)
         used = upper.axvline(0.294, color=BLACK, ls="--")
         upper.set(yticks=range(4), yticklabels=ticks, xlim=(0, 0.52), ylim=(3.6, -0.6))
-        upper.set(title="reproduced by some C(q)", xlabel="$\\gamma$")
+        upper.set(title="reproduced by some $C(q)$", xlabel="$\\gamma$")
         upper.tick_params(left=False)
         upper.grid(visible=False)
         words = ["$\\gamma$ of public\ncodes", "$\\gamma$ = 0.294"]
@@ -180,14 +180,21 @@ def chart(
             q = np.geomspace(spectrum.q_min, 3e5, 100)
             smooth = plasticity.smoothed_spectrum(spectrum, penetration_hardness=HARDNESS, **LOAD)
             lower.loglog(q, spectrum(q), color=colour, lw=0.7)
-            name = f"m = {spectrum.exponent:g}, $\\gamma$ = {gamma:.3f}"
+            name = f"$m$ = {spectrum.exponent:g}, $\\gamma$ = {gamma:.3f}"
             lower.loglog(
                 q, np.where(smooth(q) > 1e-26, smooth(q), np.nan), color=colour, lw=1.8, label=name
             )
-        lower.set(title="the same $T_{flash}$, $D_{flash}$ and s", ylim=(1e-26, 1e-20))
-        lower.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ of both faces (m$^4$)")
+        lower.set(
+            title=r"the same $T_\mathrm{flash}$, $D_\mathrm{flash}$ and $s$", ylim=(1e-26, 1e-20)
+        )
+        lower.set(
+            xlabel="wavenumber $q$ (rad/m)", ylabel=r"$C$, $C_\mathrm{sm}$ of both faces (m⁴)"
+        )
         lower.legend(
-            loc="center left", bbox_to_anchor=(1.0, 0.5), title="C ∝ $q^{-m}$", alignment="left"
+            loc="center left",
+            bbox_to_anchor=(1.0, 0.5),
+            title=r"$C \propto q^{-m}$",
+            alignment="left",
         )
 
 

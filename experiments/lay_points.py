@@ -224,7 +224,7 @@ def main() -> None:
             stress = face.stress()
             print(name, line(k, face, row, stress), flush=True)
             axes.plot([face.lay] * 6, np.exp(compared(face, row, stress)["raw"]).ravel(), "k.")
-    axes.set(xscale="log", xlabel="lay", ylabel="T$_{flash}$, law / simulation")
+    axes.set(xscale="log", xlabel="lay", ylabel=r"$T_\mathrm{flash}$, law / simulation")
     figure.savefig(options.output / "lay_points.png", dpi=130)
 
 

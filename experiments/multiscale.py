@@ -148,7 +148,7 @@ def chart(folder: Path, cases: list[Case], points: int) -> None:
         above.set(
             title="all scales; dashed: classical, largest spots; dotted: smallest",
             xlabel="$v$ (m/s)",
-            ylabel="$T_{flash}$ (K)",
+            ylabel=r"$T_\mathrm{flash}$ (K)",
         )
         below.axhline(1, color=BLACK, lw=0.8, zorder=0)
         below.set(

@@ -42,20 +42,24 @@ def spectra(folder: Path, points: int) -> None:
     r = np.linspace(0, 400e-6, points)
     with new_figure(folder / "spectra.png", 3.1) as figure:
         psd, correlation = figure.subplots(1, 2)
-        psd.loglog(q, PAIR(q), color=BLACK, label="C of both faces")
+        psd.loglog(q, PAIR(q), color=BLACK, label="$C$ of both faces")
         for y, colour in HARDNESS.items():
             psd.loglog(q, SMOOTH[y](q), color=colour, label=label(y))
             stress = persson.pressure_correlation(r, SMOOTH[y], **CONTACT)
             correlation.plot(r * 1e6, stress / 1e16, color=colour)
-        psd.set(xlabel="wavenumber q (rad/m)", ylabel="C, $C_{sm}$ (m$^4$)", ylim=(1e-30, 3e-21))
+        psd.set(
+            xlabel="wavenumber $q$ (rad/m)",
+            ylabel=r"$C$, $C_\mathrm{sm}$ (m⁴)",
+            ylim=(1e-30, 3e-21),
+        )
         radius = flash.flash_width(SPEED, SMOOTH[1.2e9], **SLIDING) / hertz.FAST.flash_width
         pair = persson.pressure_correlation(0.0, SMOOTH[1.2e9], **CONTACT) / 1e16
         pair *= hertz.pressure_correlation(r / radius)
-        psd.plot([], [], color=BLUE, ls=":", label=f"Hertz, 2R = {2e6 * radius:.0f} µm")
+        psd.plot([], [], color=BLUE, ls=":", label=f"Hertz, $2R$ = {2e6 * radius:.0f} µm")
         correlation.plot(r * 1e6, pair, color=BLUE, ls=":")
         correlation.axhline(0, color="0.5", lw=0.8)
         correlation.set(
-            xlabel="distance r (µm)", ylabel="$g_\\sigma$ ($10^{16}$ Pa$^2$)", xlim=(0, 400)
+            xlabel="distance $r$ (µm)", ylabel=r"$g_\sigma$ ($10^{16}$ Pa²)", xlim=(0, 400)
         )
         psd.set_title("spectrum")
         correlation.set_title("stress correlation")
@@ -75,10 +79,10 @@ def over_speed(folder: Path, points: int) -> None:
             )
             width.semilogx(v, flash.flash_width(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
             slope.loglog(v, flash.slope_length(v, SMOOTH[y], **SLIDING) * 1e6, color=colour)
-        slope.loglog(v, 4e6 * BODY["diffusivity"] / v, color=BLACK, ls=":", label="4D/v")
-        rise.set(title="flash temperature", ylabel="$T_{flash}$ (K)")
-        width.set(title="width", ylabel="$D_{flash}$ (µm)", ylim=(0, None))
-        slope.set(title="slope length", ylabel="$d_{flash}$ (µm)", ylim=(30, 1e5))
+        slope.loglog(v, 4e6 * BODY["diffusivity"] / v, color=BLACK, ls=":", label="$4D/v$")
+        rise.set(title="flash temperature", ylabel=r"$T_\mathrm{flash}$ (K)")
+        width.set(title="width", ylabel=r"$D_\mathrm{flash}$ (µm)", ylim=(0, None))
+        slope.set(title="slope length", ylabel=r"$d_\mathrm{flash}$ (µm)", ylim=(30, 1e5))
         for axes in (rise, width, slope):
             axes.axvline(SPEED, color="0.5", ls="--", lw=0.9, label="35 m/s")
             axes.set(xlabel="$v$ (m/s)", xticks=[1e-3, 1e-1, 1e1, 1e3])
@@ -114,12 +118,12 @@ def maps(folder: Path, points: int) -> None:
             top.grid(visible=False)
             profile = field(x, 0.0)
             bottom.axvspan(-1, 1, color="0.92", lw=0, label="contact")
-            bottom.plot(x, profile / profile.max(), color=ORANGE, label="temperature at y = 0")
+            bottom.plot(x, profile / profile.max(), color=ORANGE, label="temperature at $y$ = 0")
             bottom.plot(x, np.sqrt(np.maximum(1 - x**2, 0)), color=BLACK, ls=":", label="heat flux")
-            bottom.set(xlabel="x/R", ylim=(0, 1.05), xlim=(x[0], x[-1]))
-        axes[0, 0].set_ylabel("y/R")
+            bottom.set(xlabel="$x/R$", ylim=(0, 1.05), xlim=(x[0], x[-1]))
+        axes[0, 0].set_ylabel("$y/R$")
         axes[1, 0].set_ylabel("over its maximum")
-        figure.colorbar(drawn, ax=axes[0, :], label="T/$T_{max}$")
+        figure.colorbar(drawn, ax=axes[0, :], label=r"$T/T_\mathrm{max}$")
         legend_below(figure, [axes[1, 0]], 3)
 
 
@@ -140,11 +144,13 @@ def areas(folder: Path, points: int) -> float:
                 q[some] / PAIR.breaks[0], smoothed[some], "o", color=colour, ms=4, mfc="none"
             )
             axes.loglog(q / PAIR.breaks[0], plastic, color=colour, ls="--", lw=0.9)
-        axes.plot([], [], "-", color="0.4", label="$A_{el} + A_{pl}$")
-        axes.plot([], [], "o", color="0.4", mfc="none", ms=4, label="elastic area of $C_{sm}$")
-        axes.plot([], [], "--", color="0.4", lw=0.9, label="$A_{pl}$")
+        axes.plot([], [], "-", color="0.4", label=r"$A_\mathrm{el} + A_\mathrm{pl}$")
+        axes.plot(
+            [], [], "o", color="0.4", mfc="none", ms=4, label=r"elastic area of $C_\mathrm{sm}$"
+        )
+        axes.plot([], [], "--", color="0.4", lw=0.9, label=r"$A_\mathrm{pl}$")
         axes.set(
-            xlabel="magnification q/q$_{min}$",
+            xlabel=r"magnification $q/q_\mathrm{min}$",
             ylabel="area over the nominal area",
             ylim=(3e-3, 1.2),
         )

@@ -140,9 +140,14 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
             axes.plot(limits, limits, color="0.6", lw=0.8)
         for kind, words in KINDS.items():
             panels[0].plot([], [], "s", color=COLOURS[kind], label=words)
-        panels[0].set(title="quantiles of $T/T_{flash}$", xlabel="solved", ylabel="theory")
+        for marker, words in ("o", "slowest"), ("^", "fastest"):
+            panels[0].plot([], [], marker, color="0.4", label=words)
+        panels[0].set(title=r"quantiles of $T/T_\mathrm{flash}$", xlabel="solved", ylabel="theory")
         panels[1].set(
-            title="rate / that of $A_0$ at $T_{flash}$", xlabel="solved", xscale="log", yscale="log"
+            title=r"rate / that of $A_0$ at $T_\mathrm{flash}$",
+            xlabel="solved",
+            xscale="log",
+            yscale="log",
         )
         legend_below(figure, [panels[0]], 3)
 

@@ -258,23 +258,23 @@ def draw_ratios(steel: Steel, points: int, path: Path) -> None:
         for (name, skin), style in zip(SKINS.items(), ("-", "--"), strict=True):
             for ratio, colour in zip(steel.over_thickness(depths, *skin).T, COLOURS, strict=True):
                 left.loglog(1e6 * depths, ratio, style, color=colour)
-            right.plot([], [], style, color="0.4", label=name)
+            right.plot([], [], style, color="0.4", label=f"{name} W/(m K)")
         left.set(
             title="skin",
             xlabel="thickness of the skin (µm)",
-            ylabel="$T_{flash}$ / bare",
+            ylabel=r"$T_\mathrm{flash}$ / bare",
             ylim=(0.95, 9),
         )
         right.set(
             title="heat in depth",
             xlabel="depth of the heat (µm)",
-            ylabel="$T_{flash}$ / heated in the plane",
+            ylabel=r"$T_\mathrm{flash}$ / heated in the plane",
         )
         with_plain_ticks(left.yaxis, [1, 1.5, 2, 3, 4, 5, 6, 8])
         with_plain_ticks(right.yaxis, [0.05, 0.1, 0.2, 0.5, 1])
         for axes in (left, right):
             with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
-        legend_below(figure, [right], 3)
+        legend_below(figure, [right], 2)
 
 
 def with_plain_ticks(axis: Axis, values: list[float]) -> None:
@@ -311,7 +311,9 @@ def draw_map(steel: Steel, points: int, path: Path) -> None:
         axes.clabel(measured, fmt="%g K, measured", fontsize=8.5)
         with_plain_ticks(axes.xaxis, [0.01, 0.1, 1, 10])
         with_plain_ticks(axes.yaxis, [1, 2, 5, 10, 20, 40])
-        axes.set_title(f"$T_{{flash}}$ at {SPEEDS[-1]:g} m/s, steel with κ = {BODY:g} W/(m K)")
+        axes.set_title(
+            rf"$T_\mathrm{{flash}}$ at {SPEEDS[-1]:g} m/s, steel with $\kappa$ = {BODY:g} W/(m K)"
+        )
 
 
 def main() -> None:

@@ -161,7 +161,7 @@ def draw(pairs: list[Pair], found: dict[str, np.ndarray], path: Path) -> None:
     axes.set(
         xscale="log",
         xlabel="slid distance (lengths of the cell)",
-        ylabel="error of T$_{flash}$ (%)",
+        ylabel=r"error of $T_\mathrm{flash}$ (%)",
     )
     axes.set_xticks([2, 4, 8, 16], ["2", "4", "8", "16"])
     axes.xaxis.set_minor_formatter(NullFormatter())

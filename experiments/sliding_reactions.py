@@ -238,7 +238,7 @@ def draw(rows: dict[str, tuple[Row, Row]], path: Path) -> None:
     for kind, words in KINDS.items():
         axes.plot([], [], "s", ms=4, color=COLOURS[kind], label=words)
     axes.legend(frameon=False, fontsize="small")
-    axes.set(xlabel="T/T$_{flash}$, slides", ylabel="T/T$_{flash}$, theory")
+    axes.set(xlabel=r"$T/T_\mathrm{flash}$, slides", ylabel=r"$T/T_\mathrm{flash}$, theory")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=130)
 

@@ -373,7 +373,9 @@ def draw(results: dict[Case, list[dict[str, np.ndarray]]], path: Path) -> None:
             grid[0].plot([], [], style, color="0.4", label=label)
         for axes in grid[len(panels) :]:
             axes.set_axis_off()
-        figure.supylabel("$T_{flash}$ over frozen contact, all heat in one body", fontsize=9)
+        figure.supylabel(
+            r"$T_\mathrm{flash}$ over frozen contact, all heat in one body", fontsize=9
+        )
         handles, labels = grid[0].get_legend_handles_labels()
         grid[3].legend(handles, labels, loc="center")
 

@@ -228,7 +228,9 @@ def draw(found: dict[Pair, dict[str, np.ndarray]], path: Path) -> None:
             )
     axes.axhline(1.0, color="0.6", lw=0.7)
     axes.axhspan(1 - STATED, 1 + STATED, color="0.9", zorder=0)
-    axes.set(xscale="log", xlabel="slid distance (mm)", ylabel="T$_{flash}$, slide / theory")
+    axes.set(
+        xscale="log", xlabel="slid distance (mm)", ylabel=r"$T_\mathrm{flash}$, slide / theory"
+    )
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(path, dpi=130)
 

@@ -208,7 +208,7 @@ def chart(
             yticks=range(len(bars)),
             yticklabels=[NAMES.get(name, "rule of the heat share") for name, *_ in bars],
         )
-        lower.set(title="one input at a time", xlabel="$T_{flash}$ (K)")
+        lower.set(title="one input at a time", xlabel=r"$T_\mathrm{flash}$ (K)")
         lower.tick_params(left=False)
         figure.legend(*upper.get_legend_handles_labels(), loc="outside lower center", ncols=2)
 

@@ -108,7 +108,7 @@ def draw_profile(axis, heights, deformed, grid):
         label="after 90 MPa, relieved",
     )
     axis.axhline(deformed.flat_height * MICRON, color=BLUE, label="flat at 90 MPa")
-    axis.set(title="profile at the most yielded point", xlabel="y (µm)", ylabel="height (µm)")
+    axis.set(title="profile at the most yielded point", xlabel="$y$ (µm)", ylabel="height (µm)")
     axis.set(xlim=(-300, 300), ylim=(-3.5, heights[row].max() * MICRON * 1.6))
     axis.legend(loc="upper left", ncols=3)
 
@@ -126,8 +126,8 @@ def draw_spectra(axis, heights, deformed, grid):
     axis.loglog(q, before, color=GREY, label="new")
     axis.loglog(q, after, color=ORANGE, label="deformed")
     theory = smooth(q)
-    axis.loglog(q, theory, color=BLACK, ls="--", label="$C_{sm}$")
-    axis.set(title="spectrum", xlabel="wavenumber (rad/m)", ylabel="C(q) (m⁴)")
+    axis.loglog(q, theory, color=BLACK, ls="--", label=r"$C_\mathrm{sm}$")
+    axis.set(title="spectrum", xlabel="wavenumber $q$ (rad/m)", ylabel="$C$ (m⁴)")
     decades(axis, y=(before[-1] / 100, 2 * before[0]))
     axis.legend(loc="lower left", handlelength=1.3)
     return q, after / before, theory / spectrum(q)

@@ -228,7 +228,7 @@ def draw(flash: dict[str, Any], path: Path) -> None:
                     flash["load"], flash[name][:, k], label=name, **(LOOKS[name] | {"ls": ""})
                 )
             axes.set(title=words, xlabel="load, p/(E*h′)")
-        panels[0].set_ylabel("$T_{flash}$ over measured")
+        panels[0].set_ylabel(r"$T_\mathrm{flash}$ over measured")
         legend_below(figure, list(panels), 2)
 
 

@@ -339,7 +339,7 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
         xscale="log",
         yscale="log",
         xlabel=r"$\sigma_0/\sigma_P$",
-        ylabel=r"theory over measured $T_{flash}$, Pe = 1",
+        ylabel=r"theory over measured $T_\mathrm{flash}$, Pe = 1",
     )
     left.set_yticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
     left.yaxis.minorticks_off()
@@ -362,7 +362,7 @@ def draw(cases: list[Case], errors: dict[str, Any], folder: Path) -> None:
     right.axhline(0.0, color="0.4", linewidth=0.8)
     right.axhspan(-100 * BAND, 100 * BAND, color="0.92", zorder=0)
     right.set_xticks(range(len(fresh)), [cases[k].name for k in fresh], rotation=90, fontsize=5.5)
-    right.set(ylabel="law less measured $T_{flash}$, %", xlim=(-0.7, len(fresh) - 0.3))
+    right.set(ylabel=r"law less measured $T_\mathrm{flash}$, %", xlim=(-0.7, len(fresh) - 0.3))
     right.legend(
         frameon=False,
         fontsize=8,

@@ -282,7 +282,7 @@ def draw(rows: list[tuple[Contact, Any]], path: Path) -> None:
     axes.axvline(GAPS_ALLOWED[1], color="0.4", linewidth=0.8)
     axes.set(
         xlabel="octaves of gaps in C(q)",
-        ylabel=r"law less measured $T_{flash}$, %",
+        ylabel=r"law less measured $T_\mathrm{flash}$, %",
         title="blue: light load",
     )
     figure.savefig(path, dpi=130)

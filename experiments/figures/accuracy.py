@@ -28,9 +28,9 @@ Row = dict[str, Any]
 OTHERS = BLUE, GREEN, BLACK, PINK, SKY, "0.45", "#882255", "#999933", AMBER
 MARKERS = "s^oDv<>Ph"
 TITLES = {
-    "T_flash of these pixels": "$T_{flash}$ of one grid, by tolerance",
-    "T_flash, any pixel": "$T_{flash}$ of one contact, by pixel",
-    "T_flash of one realization": "$T_{flash}$ of one pressure field",
+    "T_flash of these pixels": r"$T_\mathrm{flash}$ of one grid, by tolerance",
+    "T_flash, any pixel": r"$T_\mathrm{flash}$ of one contact, by pixel",
+    "T_flash of one realization": r"$T_\mathrm{flash}$ of one pressure field",
 }
 
 

@@ -28,6 +28,7 @@ def camera(maps: dict[str, np.ndarray], hot: dict[str, Points], radius: float, p
             panel.set(title=title, xticks=(-1, 0, 1), yticks=(-1, 0, 1))
             panel.grid(visible=False)
             panel.spines[:].set_visible(False)
+            panel.tick_params(length=0)  # there is no frame that ticks could stand on
         for panel in panels[1]:
             panel.set_xlabel("along sliding (mm)")
         for panel in panels[:, 0]:
@@ -65,5 +66,5 @@ def camera_law(points: list[tuple[str, float, float, float]], path: Path) -> Non
             look = {"fmt": mark, "color": colour, "capsize": 2.5}
             axes.errorbar(speed, ratio, error, label=kind.replace("camera on the ", ""), **look)
         axes.axhline(1.0, color="0.4", lw=0.8)
-        axes.set(xscale="log", xlabel="speed, $v/Dq_r$", ylabel="rms, law / simulation")
+        axes.set(xscale="log", xlabel="speed, $v/(Dq_r)$", ylabel="rms, law / simulation")
         figure.legend(loc="outside lower center", ncols=3)

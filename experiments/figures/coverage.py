@@ -10,7 +10,7 @@ import numpy as np
 from .style import BLACK, BLUE, ORANGE, legend_below, new_figure
 
 NAMES = {
-    "flash_temperature": "$T_{flash}$",
+    "flash_temperature": r"$T_\mathrm{flash}$",
     "contact_fraction": "contact area",
     "pressure_variance": "$g_\\sigma(0)$",
     "heat_partition": "share",

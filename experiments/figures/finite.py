@@ -31,10 +31,10 @@ def finite_contact(rows: list[dict[str, Any]], path: Path, source: str = "") -> 
                 axes.loglog(
                     [r[x] for r in found], [r[y] for r in found], c=colour, ls=style, label=name
                 )
-        left.set_title("mean T of a disc, q̇a/κ")
-        left.set_xlabel("va/D")
+        left.set_title(r"mean $T$ of a disc, $\dot{q}a/\kappa$")
+        left.set_xlabel("$va/D$")
         decades(left, x=(1e-2, 1e4), y=(5e-3, 1.3))
-        right.set_title("steel at 1 m/s: $T_0$ + $T_{flash}$ (K)")
+        right.set_title(r"steel at 1 m/s: $T_0 + T_\mathrm{flash}$ (K)")
         right.set_xlabel("time of sliding (s)")
         decades(right, x=(1e-5, 1e4), y=(10, 1e5))
         for axes in (left, right):

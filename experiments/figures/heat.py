@@ -31,11 +31,11 @@ def heat(rows: list[dict[str, Any]], path: Path, source: str = "") -> None:
                             [100 * r["error"] for r in found],
                         )
                         axes.loglog(x, y, label=method, **LOOKS[method])
-                number = "vR/D" if what == "Hertz" else "$v/(Dq_r)$"
+                number = "$vR/D$" if what == "Hertz" else "$v/(Dq_r)$"
                 axes.set_title(f"{what} contact, {number} = {peclet:g}")
                 axes.axhline(1.0, color="0.6", lw=0.8, ls="--", zorder=0)
                 decades(axes, y=(3e-3, 3e3))
         for axes in grid[-1]:
             axes.set_xlabel("CPU time of one field (ms)")
-        figure.supylabel("error of $T_{flash}$ (%)", fontsize=9)
+        figure.supylabel(r"error of $T_\mathrm{flash}$ (%)", fontsize=9)
         legend_below(figure, list(grid.flat), 2)

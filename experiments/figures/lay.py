@@ -31,7 +31,7 @@ def lay(curves: dict[float, Curve], points: list[tuple[float, float, str]], path
         for (gamma, (angles, law, at, simulated)), colour in zip(
             curves.items(), COLOURS, strict=True
         ):
-            polar.plot(*around(angles, law), color=colour, label=f"γ = {gamma:g}")
+            polar.plot(*around(angles, law), color=colour, label=rf"$\gamma$ = {gamma:g}")
             polar.plot(*around(at, simulated), color=colour, marker="o", ls="")
         polar.plot([], color="0.3", label="law")
         polar.plot([], color="0.3", marker="o", ls="", label="simulation")
@@ -51,7 +51,10 @@ def lay(curves: dict[float, Curve], points: list[tuple[float, float, str]], path
             axes.plot(edge, 1 - band, color=colour, lw=0.7)
         axes.axhline(1.0, color="0.4", lw=0.8)
         axes.set(
-            xscale="log", xlim=(1.4, 20.5), xlabel="lay γ", ylabel="T$_{flash}$, law / simulation"
+            xscale="log",
+            xlim=(1.4, 20.5),
+            xlabel=r"lay $\gamma$",
+            ylabel=r"$T_\mathrm{flash}$, law / simulation",
         )
         axes.set_xticks([2, 3, 5, 10, 20], ["2", "3", "5", "10", "20"])
         axes.minorticks_off()

@@ -33,8 +33,8 @@ def limits_of_heat(rows: list[Row], path: Path, source: str = "") -> None:
             found = [row for row in rows if row.get("kernel") == kernel]
             contours(axes, found, ("peclet", "side"), [100 * row["excess"] for row in found])
             axes.set(title=kernel, ylabel="cell (radii)")
-        panels[-1].set_xlabel("Péclet number vR/D")
-        figure.suptitle("Error of $T_{flash}$ (%); dashed: too cold", fontsize=9)
+        panels[-1].set_xlabel("Péclet number $vR/D$")
+        figure.suptitle(r"Error of $T_\mathrm{flash}$ (%); dashed: too cold", fontsize=9)
         colour_key(figure, PER_CENT, " %")
 
 
@@ -76,9 +76,9 @@ def limits_of_pixel(rows: list[Row], path: Path, source: str = "") -> None:
             errors = [100 * row["pixel_error"] for row in chosen]
             contours(axes, chosen, ("bandwidth", "hurst"), errors)
             axes.set(title=f"{pixel:g} pixels", xlabel="bandwidth $q_1/q_r$")
-        panels[0].set_ylabel("Hurst exponent H")
+        panels[0].set_ylabel("Hurst exponent $H$")
         figure.suptitle(
-            "Error of $T_{flash}$ by the pixel (%), by pixels per shortest wave", fontsize=9
+            r"Error of $T_\mathrm{flash}$ by the pixel (%), by pixels per shortest wave", fontsize=9
         )
         colour_key(figure, PER_CENT, " %")
 
@@ -103,7 +103,7 @@ def limits_of_theory(rows: list[Row], path: Path, source: str = "") -> None:
         for axes in grid[:, 0]:
             axes.set_ylabel("bandwidth $q_1/q_r$")
         figure.suptitle(
-            "Error of $T_{flash}$ of elastic contact (%), the largest for H from 0.3 to 1;\n"
+            "Error of $T_\\mathrm{flash}$ of elastic contact (%), the largest for $H$ from 0.3 to 1;\n"
             "dashed: too cold",
             fontsize=9,
         )
@@ -120,9 +120,19 @@ def contours(axes: Axes, rows: list[Row], keys: tuple[str, str], errors: Sequenc
     axes.contourf(table, [-1e9, *levels, 1e9], colors=colours)
     style: Any = {"colors": "k", "linewidths": 0.8, "negative_linestyles": "dashed"}
     lines = axes.contour(table, levels, **style)
-    around = [withStroke(linewidth=2.0, foreground="w")]
-    for text in axes.clabel(lines, fmt="%+g", fontsize=8):
+    around, apart = [withStroke(linewidth=3.0, foreground="w")], 0.09 * np.array(table.shape[::-1])
+    places: list[np.ndarray] = [np.array([-9e9, -9e9])]
+    for text in axes.clabel(
+        lines, fmt=lambda level: f"{level:+g}".replace("-", "−"), fontsize=8, inline=False
+    ):
         text.set_path_effects(around)
+        # the colours name lines whose numbers would lie over others, or beyond the map
+        place = np.array(text.get_position())
+        steps = np.abs([place - other for other in places]) / apart
+        if (steps.max(axis=1) < 1.0).any() or (place < 0.5 * apart).any():
+            text.remove()
+        else:
+            places.append(place)
 
 
 def cells(axes: Axes, rows: list[Row], keys: tuple[str, str], errors: Sequence[float]) -> None:
@@ -143,7 +153,8 @@ def _table(
     table = np.full((len(y), len(x)), nan)
     for row, error in zip(rows, errors, strict=True):
         table[y.index(row[keys[1]]), x.index(row[keys[0]])] = error
-    axes.set_xticks(range(len(x)), [f"{value:g}" for value in x], fontsize=8)
+    axes.set_xticks(range(len(x)), [f"{value:g}" for value in x], fontsize=7.5)
+    axes.tick_params(axis="x", pad=5)
     axes.set_yticks(range(len(y)), ["∞" if value == inf else f"{value:g}" for value in y])
     axes.grid(visible=False)
     return table

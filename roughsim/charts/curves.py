@@ -132,7 +132,7 @@ def curves_chart(
         if several:
             about = _about_run(entries[0]) if one_run else None
             place: dict[str, Any] = {"loc": "outside lower left", "ncols": 3, "alignment": "left"}
-            figure.legend(handles=handles, title=about, title_fontsize=8, **place)
+            figure.legend(handles=handles, title=about, fontsize=9, title_fontsize=9, **place)
         else:
             panels[0].legend(handles=handles, loc="best")
 

@@ -164,8 +164,10 @@ def draw_field(
     colours: dict[str, Any],
     pressure: Array | None = None,
     edge: str = _OUTLINE,
+    *,
+    bar: bool = True,
 ) -> AxesImage:
-    """Draw a field with a scale bar, and, if `pressure` is given, the edges of the contact."""
+    """Draw a field with a scale `bar`, and, if `pressure` is given, the edges of the contact."""
     # points are centred on their coordinates; axis 0 of the field is x
     ends = [
         ((s.start - 0.5) * d, (s.stop - 0.5) * d) for s, d in zip(window, grid.spacing, strict=True)
@@ -188,7 +190,8 @@ def draw_field(
                 for s, d in zip(window, grid.spacing, strict=True)
             )
             axes.contour(x, y, contact.T, levels=[0.5], colors=edge, linewidths=0.5)
-    scale_bar(axes, unit)
+    if bar:
+        scale_bar(axes, unit)
     return image
 
 

@@ -31,7 +31,8 @@ def snapshots_chart(subject: Subject, path: Path) -> None:
             factor, prefixed = scaled(float(np.abs(shown).max()), si_unit)
             shown *= factor
             for axes, field, place in zip(line, shown, places, strict=True):
-                image = draw_field(axes, field, snapshots.grid, window, colour_range(name, shown))
+                colours = colour_range(name, shown)
+                image = draw_field(axes, field, snapshots.grid, window, colours, bar=False)
                 for summits, marker, colour in (
                     (snapshots.resting_summits, "^", AT_REST),
                     (snapshots.moving_summits[place], "o", MARK),
