@@ -28,8 +28,17 @@ from numpy.typing import NDArray
 
 from theory.arguments import Array
 from theory.full_contact import half_variance
-from theory.interface import STEP, UNREACHED, Diffusion, diffuse, diffused
-from theory.scattering import Shares, carried_back, shares_of
+from theory.interface import (
+    STEP,
+    UNREACHED,
+    Diffusion,
+    backwards,
+    carried_back,
+    diffuse,
+    diffused,
+    forwards,
+)
+from theory.scattering import Shares, shares_of
 from theory.yielding import YieldingSpectrum, octaves_missing
 
 # of z of `theory.interface`, and at σ₀ at most that many standard deviations of the pressure, for full contact: with
@@ -150,17 +159,19 @@ def _laid(diffusion: Diffusion, shares: Shares, sides: Array) -> Array:
     local = np.where(coarse, 0.0, sides).sum(axis=1)
     result = np.zeros((local.size + 1, diffusion.pressure.size))
     result[1:] = local[:, None] * diffusion.growth
+    inner = result[:, 1:-1]  # at the walls nothing grows
     sides = np.where(coarse, sides, 0.0)
     edges = np.log(diffusion.wavenumber)
     shell = np.searchsorted(edges, shares.grid, side="right") - 1  # of each Q, −1 before all
-    strength = np.zeros((diffusion.pressure.size, shell.size))
+    weight, diagonal, next_to_it = backwards(diffusion.growth, diffusion.gap)
+    strength = np.zeros((inner.shape[1], shell.size))
     for i in range(local.size - 1, -1, -1):
-        strength = carried_back(strength, diffusion.growth[i], diffusion.rates)
-        strength += diffusion.growth[i][:, None] * sides[i]
+        strength = carried_back(strength, weight[i], diagonal[i], next_to_it)
+        strength += np.outer(diffusion.growth[i, 1:-1], sides[i])
         here = shell == i
-        result[i + 1] += strength[:, here].sum(axis=1)
+        inner[i + 1] += strength[:, here].sum(axis=1)
         strength[:, here] = 0.0
-    result[0] = strength.sum(axis=1)
+    inner[0] = strength.sum(axis=1)
     return result
 
 
@@ -170,8 +181,9 @@ def _walk(diffusion: Diffusion, slope: Array, noise: Array, w: Array) -> NDArray
     w = w[:, None]
     g = diffusion.probability[0] * np.exp(-noise[0] * w**2 / 2) + 0j  # (w, m)
     before, spread = 0.0, np.zeros(pressure.size)
-    for growth, beta, added in zip(diffusion.growth, slope, noise[1:], strict=True):
+    matrices = forwards(diffusion.growth, diffusion.gap)
+    for matrix, beta, added in zip(matrices, slope, noise[1:], strict=True):
         g *= np.exp(1j * (before - beta) * pressure * w - (spread + added) * w**2 / 4)
         before, spread = beta, added
-        g = diffused(g.T, growth, diffusion.rates).T
+        g = diffused(g.T, matrix).T
     return np.asarray((g * np.exp(1j * before * pressure * w - spread * w**2 / 4)).T)

@@ -23,12 +23,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil, isinf, log, pi, sqrt
+from math import ceil, isinf, pi, sqrt
 from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from theory.arguments import Array, SpectrumLike, breaks_of, density
@@ -56,9 +55,7 @@ class Diffusion:
     stiffness: Array  # κ, Pa/m, (n, m)
     probability: Array  # of each pressure, (n, m); rows sum to 1, their mean is σ₀
     growth: Array  # ∫ κ² dv from each wavenumber to the next, Pa², (n − 1, m)
-    rates: tuple[
-        Array, Array
-    ]  # per κ² dv, to the next higher and to the next lower pressure, 1/Pa², (m,) each
+    gap: Array  # from each pressure to the next, Pa, (m − 1,)
 
 
 def diffuse(
@@ -85,13 +82,14 @@ def diffuse(
     compliance = np.sqrt(variance)[:, None] * interface_law(z, variance, ramp)  # times σ_P φ
     stiffness = highest * bell / (ramp[:, None] * bell + compliance)
     stiffness[:, [0, -1]] = 0.0  # the walls absorb
-    rates = _rates(z, highest)
     growth = between_shells(stiffness**2, variance)
+    # without cancellation at either end
+    gap = highest * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
     probability = np.zeros(stiffness.shape)
     probability[0, below] = 1.0
-    for i, power in enumerate(growth):
-        probability[i + 1] = diffused(probability[i] + 0j, power, rates).real
-    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, rates)
+    for i, matrix in enumerate(forwards(growth, gap)):
+        probability[i + 1] = diffused(probability[i], matrix)
+    return Diffusion(wavenumber, variance, highest * ndtr(z), stiffness, probability, growth, gap)
 
 
 def _shells(spectrum: SpectrumLike, modulus: float, step: float) -> tuple[Array, Array, float]:
@@ -136,13 +134,14 @@ def interface_law(z: Array, variance: Array, ramp: Array) -> Array:
     last = z[-1] + spacing / 2
     middle = np.concatenate([[first], (z[1:] + z[:-1]) / 2, [last]])
     bell = np.exp(-(middle**2) / 2) / sqrt(2 * pi)
+    steps = np.log(variance[:-1] / variance[1:])
+    mean_variance = np.sqrt(variance[:-1] * variance[1:])
+    series = bell * np.sqrt(ramp[:-1] * ramp[1:] / mean_variance)[:, None]  # m
+    drift = middle / 2 + 1 / spacing, middle / 2 - 1 / spacing
     result = np.empty((variance.size, z.size))
     result[-1] = _walls(z, ramp[-1] / sqrt(variance[-1]))
     for i in range(variance.size - 2, -1, -1):
-        step = log(variance[i] / variance[i + 1])
-        mean_variance = sqrt(variance[i] * variance[i + 1])
-        series = bell * sqrt(ramp[i] * ramp[i + 1] / mean_variance)  # m
-        result[i] = _rosenbrock(result[i + 1], step, middle, series, spacing)
+        result[i] = _rosenbrock(result[i + 1], steps[i], drift, series[i], spacing)
     return result
 
 
@@ -176,40 +175,41 @@ def _walls(z: Array, ramp: float) -> Array:
     return np.asarray(np.minimum(law, 1.0))
 
 
-def _rosenbrock(law: Array, step: float, z: Array, series: Array, spacing: float) -> Array:
-    """Return E one `step` of ln v further: second order, no limit on the step; `z` and `series` at the midpoints."""
+def _rosenbrock(
+    law: Array, step: float, drift: tuple[Array, Array], series: Array, spacing: float
+) -> Array:
+    """Return E one `step` of ln v further: second order, no limit on the step.
+
+    `series` is m at the midpoints; `drift` are the factors there of E at the next higher and lower z in ∂E/∂z + zE.
+    """
+    of_higher, of_lower = drift
+    each = step / (2 * spacing)
 
     def flux(values: Array) -> tuple[Array, Array]:
         wide = np.concatenate((values[:1], values, values[-1:]))
-        mean = (wide[1:] + wide[:-1]) * 0.5
-        share = 1 / (series + mean)
-        return ((wide[1:] - wide[:-1]) / spacing + z * mean) * share**2, share
+        higher = wide[1:]
+        lower = wide[:-1]
+        share = 1 / (series + 0.5 * (higher + lower))
+        return (of_higher * higher + of_lower * lower) * (share * share), share
 
     def change(values: Array, through: Array) -> Array:
-        return (through[1:] - through[:-1]) / (2 * spacing) - values / 2
+        return (through[1:] - through[:-1]) * each - values * (step / 2)
 
     through, share = flux(law)
-    common = (z / 2 * share - through) * share / (2 * spacing)
-    apart = share**2 / (2 * spacing**2)
-    later = common + apart
-    earlier = common - apart
-    here = -0.5 + earlier[1:] - later[:-1]
-    here[0] -= earlier[0]
-    here[-1] += later[-1]
-    scale = _GAMMA * step
-    matrix = (scale * earlier[1:-1], 1 - scale * here, -scale * later[1:-1])
+    square = share * share
+    falls = through * share  # as E of either side grows
+    scale = _GAMMA * each
+    later = (of_higher * square - falls) * scale
+    earlier = (of_lower * square - falls) * scale
+    here = (1 + _GAMMA * step / 2) + later[:-1] - earlier[1:]
+    here[0] += earlier[0]
+    here[-1] -= later[-1]
+    matrix = (earlier[1:-1], here, -later[1:-1])
     first = scipy.linalg.lapack.dgtsv(*matrix, change(law, through))[3]
-    middle = law + step * first
+    middle = law + first
     through, _ = flux(middle)
     second = scipy.linalg.lapack.dgtsv(*matrix, change(middle, through) - 2 * first)[3]
-    return np.asarray(law + step * (1.5 * first + 0.5 * second))
-
-
-def _rates(z: Array, hardness: float) -> tuple[Array, Array]:
-    """Return the rates to both neighbours that keep the mean and let the variance grow by κ² dv."""
-    gap = hardness * np.where(z[:-1] < 0, np.diff(ndtr(z)), -np.diff(ndtr(-z)))
-    both = gap[1:] + gap[:-1]
-    return np.pad(1 / (gap[1:] * both), 1), np.pad(1 / (gap[:-1] * both), 1)
+    return np.asarray(law + 1.5 * first + 0.5 * second)
 
 
 def between_shells(square: Array, variance: Array) -> Array:
@@ -227,16 +227,44 @@ def between_shells(square: Array, variance: Array) -> Array:
     return np.where(square[:-1] > 0.0, mean * fall, 0.0)
 
 
-def diffused(values: NDArray[np.complex128], growth: Array, rates: tuple[Array, Array]) -> Any:
-    """Return `values`, (pressures, ...), after the pressure has spread by `growth`, Pa².
-
-    (1 − L + L²/2)⁻¹ is two complex solves, the same for real and for imaginary values.
-    """
-    up, down = rates
-    below, above = (growth * up)[:-1] + 0j, (growth * down)[1:] + 0j
+def forwards(growth: Array, gap: Array) -> list[tuple[Array, Array, Array]]:
+    """Return for each row of ∫ κ² dv the diagonals of L − 1 − i, from the lowest; L spreads the probability by it."""
+    both = gap[1:] + gap[:-1]
+    up, down = (np.pad(1 / (each * both), 1) for each in (gap[1:], gap[:-1]))
+    below = (growth * up)[:, :-1] + 0j
     diagonal = -growth * (up + down) - (1 + 1j)
-    first, second = (
-        scipy.linalg.lapack.zgtsv(below, one, above, values)[3]
-        for one in (diagonal, diagonal.conj())
-    )
+    above = (growth * down)[:, 1:] + 0j
+    return list(zip(below, diagonal, above, strict=True))
+
+
+def diffused(values: Any, matrix: tuple[Array, Array, Array]) -> Any:
+    """Return `values`, (pressures, ...), after the pressure has spread by one of the matrices of `forwards`.
+
+    (1 − L + L²/2)⁻¹ is the difference of two complex solves, conjugate to each other for real values.
+    """
+    below, diagonal, above = matrix
+    first = scipy.linalg.lapack.zgtsv(below, diagonal, above, values)[3]
+    if np.isrealobj(values):
+        return 2 * first.imag
+    second = scipy.linalg.lapack.zgtsv(below, diagonal.conj(), above, values)[3]
     return -1j * (first - second)
+
+
+def backwards(growth: Array, gap: Array) -> tuple[Array, Array, Array]:
+    """Return w, and of the matrices w (1 − L) the diagonal and what stands beside it, for each row of ∫ κ² dv.
+
+    L is the adjoint of that of `forwards`, between the walls; w makes it symmetric.
+    """
+    weight = (gap[1:] + gap[:-1]) / growth[:, 1:-1]
+    diagonal = weight + (1 / gap[1:] + 1 / gap[:-1])
+    return weight, diagonal, -1 / gap[1:-1]
+
+
+def carried_back(values: Array, weight: Array, diagonal: Array, next_to_it: Array) -> Array:
+    """Return the mean of `values`, (pressures between the walls, ...), given the pressure one implicit step before.
+
+    It is of the first order, for values that vanish at the walls, by one of the matrices of `backwards`.
+    """
+    return np.asarray(
+        scipy.linalg.lapack.dptsv(diagonal, next_to_it, (weight * values.T).T, overwrite_b=True)[2]
+    )

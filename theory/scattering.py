@@ -18,10 +18,9 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from theory.arguments import Array
-from theory.interface import Diffusion, between_shells
+from theory.interface import Diffusion, backwards, between_shells, carried_back
 
 ANSWER = 0.8  # power of g(Q)/g(q) with which the half-space answers beside q: 1 to second order
 BIN = 0.125  # of ln q, in which sidebands are counted
@@ -84,9 +83,7 @@ def shares_of(diffusion: Diffusion, modulus: float) -> Shares:
     full = between_shells((modulus * diffusion.wavenumber / 2) ** 2, diffusion.variance)
     mean = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness))
     square = middle(np.einsum("ij,ij->i", diffusion.probability, diffusion.stiffness**2))
-    uneven = np.diff(
-        stiffness_variance(diffusion, x, logs), axis=1
-    )  # V(q, k), k in the same shells
+    uneven = np.diff(stiffness_variance(diffusion), axis=1)  # V(q, k), k in the same shells
     whole = mean**2 + uneven.sum(axis=1)
     own = mean**2 / whole  # before the response g, coherent part and sidebands add up to the growth
     grid = np.arange(x[0] - _BELOW, x[-1] + _ABOVE, BIN)
@@ -119,16 +116,23 @@ def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     rows = np.arange(x.size)
     lies = np.zeros((x.size, count))  # all the pressure of a shell
     lies[rows, low], lies[rows, low + 1] = 1 - part, part
+    # waves of the shell itself are modulated like the waves of the shell before
+    by = np.tril(share, -1)
+    by[rows, np.maximum(rows - 1, 0)] += share.diagonal()
+    whole = by.sum(axis=1)
     result = np.zeros((x.size, count))
     for i in range(x.size):
         end = min(low[i] + _FURTHER, count)  # hardly a sum of waves up to q is longer
-        # waves of the shell itself are modulated like the waves of the shell before
-        waves = share[i, :i] @ lies[:i, :end] + share[i, i] * lies[max(i - 1, 0), :end]
-        for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
-            start = count - bin_of_q
-            result[i, :end] += weight * (waves @ table[start : start + end, start : start + end])
-        result[i, 0] += waves.sum() - result[i].sum()  # the part below the grid
-        lies[i] = own[i] * lies[i] + result[i]
+        waves = by[i, : i + 1] @ lies[: i + 1, :end]
+        start = count - low[i]
+        near = waves @ table[start : start + end, start : start + end]
+        start -= 1
+        further = waves @ table[start : start + end, start : start + end]
+        here = (1 - part[i]) * near + part[i] * further
+        here[0] += whole[i] - here.sum()  # the part below the grid
+        result[i, :end] = here
+        lies[i] *= own[i]
+        lies[i, :end] += here
     return result
 
 
@@ -150,45 +154,30 @@ def sums_of_waves(count: int) -> Array:
     return result
 
 
-def stiffness_variance(diffusion: Diffusion, x: Array, edges: Array) -> Array:
-    """Return the variance of κ at ln q = x that waves up to each of `edges` make, shape (x, edges), (Pa/m)².
+def stiffness_variance(diffusion: Diffusion) -> Array:
+    """Return the variance of κ in the middle of each shell that waves up to each wavenumber make, (Pa/m)².
 
-    `edges` in ln q bound the shells, and each x is the middle of one. κ there is carried back as its mean at each
-    coarser q, given the pressure there, by implicit steps of the first order.
+    Its shape is (shells, wavenumbers). κ there is carried back as its mean at each coarser wavenumber, given the
+    pressure there, by implicit steps of the first order.
     """
-    logs = np.log(diffusion.wavenumber)
-    place = np.minimum(np.searchsorted(logs, x, side="right") - 1, logs.size - 2)
-    share = ((x - logs[place]) / (logs[place + 1] - logs[place]))[:, None]
-    carried = np.asfortranarray(
-        ((1 - share) * diffusion.stiffness[place] + share * diffusion.stiffness[place + 1]).T
-    )
-    there = (1 - share) * diffusion.probability[place] + share * diffusion.probability[place + 1]
-    carried_there = carried.copy()
-    square_there = np.einsum("ij,ji->i", there, carried**2)
-    for m, i in enumerate(place):  # from x down to the shell's lower end
-        carried[:, m] = carried_back(carried[:, m], share[m] * diffusion.growth[i], diffusion.rates)
-    grown = np.empty((x.size, logs.size))
-    for i in range(logs.size - 1, -1, -1):
-        since = int(np.searchsorted(place, i))  # the columns from here on have been reached
-        grown[:, i] = diffusion.probability[i] @ carried**2
-        if i and since < x.size:
-            carried[:, since:] = carried_back(
-                carried[:, since:], diffusion.growth[i - 1], diffusion.rates
+    stiffness, probability = diffusion.stiffness[:, 1:-1], diffusion.probability[:, 1:-1]
+    here, there = middle(stiffness), middle(probability)
+    square = np.einsum("ij,ij->i", there, here**2)
+    mean = np.einsum("ij,ij->i", there, here)
+    # from the middle of each shell to its lower end, with all shells in one matrix
+    weight, diagonal, next_to_it = backwards(diffusion.growth / 2, diffusion.gap)
+    blocks = np.tile(np.append(next_to_it, 0.0), mean.size)[:-1]
+    ends = carried_back(here.ravel(), weight.ravel(), diagonal.ravel(), blocks)
+    carried = ends.reshape(here.shape).T
+    weight, diagonal, next_to_it = backwards(diffusion.growth, diffusion.gap)
+    result = np.repeat(square[:, None], mean.size + 1, axis=1)
+    for i in range(mean.size - 1, -1, -1):
+        result[i:, i] = probability[i] @ carried[:, i:] ** 2
+        if i:
+            carried[:, i:] = carried_back(
+                carried[:, i:], weight[i - 1], diagonal[i - 1], next_to_it
             )
-    result = np.array([np.interp(edges, logs, row) for row in grown])
-    for m, row in enumerate(result):
-        row[m + 1 :] = square_there[m]
-    mean = np.einsum("ij,ji->i", there, carried_there)
     return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
-
-
-def carried_back(values: Array, growth: Array, rates: tuple[Array, Array]) -> Array:
-    """Return the mean of `values`, (pressures, ...), given the pressure before it has spread by `growth`, Pa²."""
-    up, down = rates
-    below = -(growth * down)[1:]
-    diagonal = 1 + growth * (up + down)
-    above = -(growth * up)[:-1]
-    return np.asarray(scipy.linalg.lapack.dgtsv(below, diagonal, above, values)[3])
 
 
 def _density(grid: Array, held: Array) -> ScatteringTable:

@@ -351,9 +351,14 @@ class YieldingSpectrum:
     step: float = STEP
 
     @cached_property
+    def _ends(self) -> Array:
+        """The breaks of C(q), rad/m."""
+        return breaks_of(self.spectrum)
+
+    @cached_property
     def breaks(self) -> tuple[float, ...]:
         """Ends, kinks and jumps, rad/m, ascending."""
-        ends = breaks_of(self.spectrum)
+        ends = self._ends
         knots = np.exp(self._law.coherent.knots), np.exp(self._law.sidebands.knots)
         beyond = ends[-1:] * np.array([ONSET, 4.0, _REACH])
         rising = np.sort(np.concatenate([ends[:1] / _DEPTH, ends, *knots, beyond]))
@@ -367,7 +372,7 @@ class YieldingSpectrum:
         if isinf(highest):
             mean = float(diffusion.pressure @ diffusion.probability[0])
             highest = float(diffusion.pressure[-1])
-        first = log(breaks_of(self.spectrum)[0])
+        first = log(self._ends[0])
         found = scatter(diffusion, self.effective_modulus)
         coherent, beside = (_smooth(each, first) for each in (found.coherent, found.sidebands))
         return _Law(mean, highest, coherent, beside, found.compliance)
@@ -377,7 +382,7 @@ class YieldingSpectrum:
         mean, hardness = self.nominal_pressure, self.penetration_hardness
         q, slope = panels_between(np.array(self.breaks)).nodes()
         variance = 2 * pi * q * self._of_waves(q) * slope @ WEIGHTS
-        top = breaks_of(self.spectrum)[-1]
+        top = self._ends[-1]
         moved = EDGE / (1 - EDGE) * float(variance[q[:, 0] > top].sum())
         own = float(variance.sum()) + moved
         half = float(half_variance(top, self.spectrum, effective_modulus=self.effective_modulus))
@@ -417,7 +422,7 @@ class YieldingSpectrum:
     def __call__(self, q: ArrayLike) -> Array:
         """Return |σ_q|² at the wavenumbers `q`, rad/m, elementwise, Pa² m²."""
         wavenumber = real_array("q", q, "rad/m")
-        high = breaks_of(self.spectrum)[-1]
+        high = self._ends[-1]
         result = self._of_waves(wavenumber)
         result *= self._balance.scale
         above = (wavenumber > high) & (wavenumber <= self.breaks[-1])
@@ -426,16 +431,15 @@ class YieldingSpectrum:
 
     def _of_waves(self, q: Array) -> Array:
         """Return |σ_q|² without the tail of the edges, nor the limit of force balance."""
-        ends = breaks_of(self.spectrum)
         result = self._of_own(q)
         beside = (q >= self.breaks[0]) & (q <= np.exp(self._law.sidebands.knots[-1]))
         result[beside] += np.exp(self._law.sidebands(np.log(q[beside])))
-        result[(q > ends[-1]) & (q <= self.breaks[-1])] *= 1 - EDGE
+        result[(q > self._ends[-1]) & (q <= self.breaks[-1])] *= 1 - EDGE
         return result
 
     def _of_own(self, q: Array) -> Array:
         """Return |σ_q|² that waves make at their own wavenumber, before the limit of force balance."""
-        ends, result = breaks_of(self.spectrum), np.zeros(q.shape)
+        ends, result = self._ends, np.zeros(q.shape)
         inside = (q >= ends[0]) & (q <= ends[-1])
         full = (self.effective_modulus * q[inside] / 2) ** 2 * density(self.spectrum, q[inside])
         result[inside] = full * np.exp(self._law.coherent(np.log(q[inside])))

@@ -80,13 +80,15 @@ def steps_of(law):
     diffusion, shares = shells(law)
     least = 2 * sqrt(pi) / LENGTH
     nodes = diffusion.pressure.size
-    up, down = diffusion.rates
+    gap = np.diff(diffusion.pressure)
     through = []
     for growth in diffusion.growth:
         rate = np.zeros((nodes, nodes))
         for m in range(1, nodes - 1):
-            rate[m, m + 1], rate[m, m - 1] = growth[m] * up[m], growth[m] * down[m]
-            rate[m, m] = -growth[m] * (up[m] + down[m])
+            lower, higher = gap[m - 1 : m + 1]
+            rate[m, m + 1] = growth[m] / (higher * (lower + higher))
+            rate[m, m - 1] = growth[m] / (lower * (lower + higher))
+            rate[m, m] = -rate[m, m + 1] - rate[m, m - 1]
         through.append(expm(rate))
     edges, q = diffusion.wavenumber, np.exp(shares.place)
     slope, noise = [], np.zeros((q.size + 1, nodes))

@@ -49,7 +49,7 @@ def unevenness(diffusion):
     x = np.log(diffusion.wavenumber)
     x = (x[1:] + x[:-1]) / 2
     mean = np.sum(diffusion.probability * diffusion.stiffness, axis=1)
-    made = np.diff(stiffness_variance(diffusion, x, np.log(diffusion.wavenumber)), axis=1)
+    made = np.diff(stiffness_variance(diffusion), axis=1)
     return x, (mean[1:] + mean[:-1]) / 2, made
 
 
