@@ -2,7 +2,7 @@
 
     python experiments/yielding_gaps.py [--solve] [--toy] [-o FOLDER] [--evidence]
 
-The contacts are drawn from seeds. Those of TUNED chose the measure of a gap and its limit in `theory.yielding`; those
+The contacts are drawn from seeds. Those of TUNED chose the measure of a gap and its limit in `theory.validity`; those
 of FRESH were solved after both were final, and only they are a test. Three kinds, in the units of yielding_points.py:
 
 G   C(q) is a self-affine one from q = 1 on, of which two bands are whole and the waves between them are left out but
@@ -36,8 +36,9 @@ from script import Command, write_evidence
 import roughsim as rs
 from theory import flash, persson, plasticity
 from theory.arguments import octaves_of_gaps
-from theory.yielding import FAINT, YieldingSpectrum
-from theory.yielding import GAPS as GAPS_ALLOWED
+from theory.validity import FAINT
+from theory.validity import GAPS as GAPS_ALLOWED
+from theory.yielding import YieldingSpectrum
 
 MEASURED = Path(__file__).parent / "reference" / "yielding_gaps"
 TUNED, FRESH = 20261201, 20261202

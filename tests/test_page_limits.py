@@ -149,32 +149,32 @@ STATED = [
     (
         "yielding",
         "more than {} octaves of weak waves are refused ({} in elastic contact)",
-        ["theory.yielding:GAPS[1]", "theory.yielding:_ELASTIC_GAPS[1]"],
+        ["theory.validity:GAPS[1]", "theory.validity:_ELASTIC_GAPS[1]"],
     ),
     (
         "yielding",
         "σ₀/σ_P from {} to {}, q_r/q_min from {} to {}, H from {} to {}, q_max/q_min from {}, and",
         [
             *(
-                f"theory.yielding:{name}[{k}]"
+                f"theory.validity:{name}[{k}]"
                 for name in ("_SHARE", "_PLATEAU", "_HURST")
                 for k in (0, 1)
             ),
-            "theory.yielding:_BAND[0]",
+            "theory.validity:_BAND[0]",
         ],
     ),
     (
         "yielding",
         "q_y/q_r from {} to {} where all has yielded, else q_max/q_r from {} to {}.",
-        [f"theory.yielding:{name}[{k}]" for name in ("_YIELDED", "_YIELDING") for k in (0, 1)],
+        [f"theory.validity:{name}[{k}]" for name in ("_YIELDED", "_YIELDING") for k in (0, 1)],
     ),
     (
         "yielding",
         "σ₀/(E*h′) from {}, H to 1, q_max/q_min from {}, q_max/q_r up to {}.",
         [
-            "theory.yielding:_ELASTIC_LOAD[0]",
-            "theory.yielding:_ELASTIC_BAND[0]",
-            "theory.yielding:_ELASTIC_END[1]",
+            "theory.validity:_ELASTIC_LOAD[0]",
+            "theory.validity:_ELASTIC_BAND[0]",
+            "theory.validity:_ELASTIC_END[1]",
         ],
     ),
 ]

@@ -39,7 +39,8 @@ from theory.interface import (
     forwards,
 )
 from theory.scattering import Shares, shares_of
-from theory.yielding import YieldingSpectrum, octaves_missing
+from theory.validity import octaves_missing
+from theory.yielding import YieldingSpectrum
 
 # of z of `theory.interface`, and at σ₀ at most that many standard deviations of the pressure, for full contact: with
 # wider steps the tails are too long

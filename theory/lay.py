@@ -43,7 +43,8 @@ from theory.scattering import ANSWER
 from theory.skin import Skin, along_waves, steady_rise
 from theory.slope_frame import ISOTROPIC, DirectedSpectrum, Directions, slope_frame
 from theory.typed import Body
-from theory.yielding import UpTo, YieldingSpectrum
+from theory.validity import UpTo
+from theory.yielding import YieldingSpectrum
 
 __all__ = [
     "LayStress",
