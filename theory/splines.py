@@ -21,16 +21,16 @@ class Spline(NamedTuple):
     def __call__(self, x: Array) -> Array:
         """Return the values at the places `x`, of the shape (..., *x.shape)."""
         t = self.knots
-        x = np.clip(x, t[0], t[-1])
-        last = np.clip(np.searchsorted(t, x, side="right") - 1, DEGREE, t.size - DEGREE - 2)
-        place = last[..., None] + np.arange(-DEGREE, 1)
+        at = np.clip(x.ravel(), t[0], t[-1])
+        last = np.clip(np.searchsorted(t, at, side="right") - 1, DEGREE, t.size - DEGREE - 2)
+        place = last + np.arange(-DEGREE, 1)[:, None]
         values: Array = self.coefficients[..., place]
         for degree in range(1, DEGREE + 1):
-            place = place[..., 1:]
+            place = place[1:]
             start = t[place]
-            share = (x[..., None] - start) / (t[place + DEGREE + 1 - degree] - start)
-            values = (1 - share) * values[..., :-1] + share * values[..., 1:]
-        return values[..., 0]
+            share = (at - start) / (t[place + DEGREE + 1 - degree] - start)
+            values = (1 - share) * values[..., :-1, :] + share * values[..., 1:, :]
+        return values.reshape(*self.coefficients.shape[:-1], *x.shape)
 
 
 def nearest_spline(x: Array, y: Array, weight: Array, inner: Array) -> Spline:

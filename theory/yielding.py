@@ -86,8 +86,8 @@ def stress_spectrum(
     effective_modulus, nominal_pressure, penetration_hardness : float
         E*, σ₀ and σ_P, Pa, σ₀ ≤ σ_P.
     step : float
-        Of the solution, in ln q, .01 to .5. The error of the steps in T_flash, some .3 %, jumps with the end of C(q):
-        quotients of two ends want finer ones.
+        Of the solution, in ln q, .01 to .5. Its error is some .3 % of T_flash, and .05 % of it in what follows a
+        cut-off (rms of 28 yielded and 39 elastic contacts; .23 % at most).
 
     Returns
     -------
@@ -151,7 +151,7 @@ def calibrated_spectrum(
 
 
 def elastic_steps(
-    spectrum: SpectrumLike, *, effective_modulus: float, nominal_pressure: float, step: float
+    spectrum: SpectrumLike, *, effective_modulus: float, nominal_pressure: float
 ) -> YieldingSpectrum:
     """Return `calibrated_spectrum` for quotients of T_flash at two ends of C(q), in a wider range.
 
@@ -159,7 +159,7 @@ def elastic_steps(
     of one also at the lightest load.
     """
     spectrum = in_range(spectrum, effective_modulus, nominal_pressure, inf, OF_STEPS)
-    return YieldingSpectrum(spectrum, effective_modulus, nominal_pressure, inf, step)
+    return YieldingSpectrum(spectrum, effective_modulus, nominal_pressure, inf)
 
 
 class _Law(NamedTuple):

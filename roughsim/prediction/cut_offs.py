@@ -18,7 +18,7 @@ import theory
 from roughsim.grid import Array
 from roughsim.observables.catalogue import OBSERVABLES
 from roughsim.prediction.areas import yielded_share
-from roughsim.prediction.stress import law_arguments
+from roughsim.prediction.stress import law_arguments, law_of
 from roughsim.prediction.theories import over_speed, predictions
 from roughsim.scene import Scene
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
@@ -34,9 +34,6 @@ _HALF = 0.5  # from here on areas and the variance of the stress tend to their b
 _FALL = (0.3, 1.05)
 _ALIKE = 0.5  # exponents of C(q) that differ by less are the same: H by .25
 _SLOW = 1e-12  # m/s: T_flash of so slow bodies is proportional to their speed
-# of the law for contact that yields: coarser ones move T_flash by .3 % from one cut-off to the next; and of elastic
-# contact: by .03 of what follows in three scenes, in half of the time
-_STEP, _ELASTIC_STEP = 0.1, 0.2
 
 
 def continuation(
@@ -80,7 +77,7 @@ def calibrated_flash(scene: Scene, column: str, cut_offs: tuple[float, ...]) -> 
     return None
 
 
-# 4 ms of yielded contact, 25 to 40 ms of elastic, for each observable in each round
+# 10 to 40 ms for each observable in each round
 @lru_cache(maxsize=256)
 def _calibrated_flash(scene: Scene, cut_offs: tuple[float, ...]) -> Array | None:
     name, speeds = "flash_temperature", np.array(scene.speeds)
@@ -147,17 +144,15 @@ class _Stiffened:
         return np.asarray(np.vectorize(theory.lay.stiffening)(self.lay, elastic))
 
 
-@lru_cache(maxsize=64)  # .04 s each: the same for both bodies, and in each round
+@lru_cache(maxsize=64)  # .01 s each: the same for both bodies, and in each round
 def _law(
     spectrum: Spectrum, q_max: float, penetration_hardness: float | None, **solid: float
 ) -> YieldingSpectrum:
     """Return |σ_q|² by the law up to one cut-off, rad/m, without hardness of elastic contact."""
-    cut = TruncatedSpectrum(spectrum, q_max) if q_max < inf else spectrum
+    cut: Any = TruncatedSpectrum(spectrum, q_max) if q_max < inf else spectrum
     if penetration_hardness is None:
-        return elastic_steps(cut, **solid, step=_ELASTIC_STEP)
-    solid["penetration_hardness"] = penetration_hardness
-    law: YieldingSpectrum = theory.plasticity.stress_spectrum(cut, **solid, step=_STEP)
-    return law
+        return elastic_steps(cut, **solid)
+    return law_of(cut, **solid, penetration_hardness=penetration_hardness)
 
 
 def follows_power(scene: Scene, cut_offs: tuple[float, ...]) -> bool | None:

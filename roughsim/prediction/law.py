@@ -9,7 +9,7 @@ from typing import Any
 
 import theory
 from roughsim.observables.catalogue import OBSERVABLES
-from roughsim.prediction.stress import law_arguments
+from roughsim.prediction.stress import law_arguments, law_of
 from roughsim.scene import Scene
 from theory.lay import LayStress
 from theory.yielding import ELASTIC_BANDS, ERROR_BANDS, YieldingSpectrum
@@ -46,9 +46,7 @@ def calibrated(scene: Scene) -> Calibrated:
     try:
         stress = _in_directions(scene)
         law: Any = (
-            stress.stress_spectrum
-            if stress
-            else theory.clipped.law_of(scene.spectrum, **law_arguments(scene))
+            stress.stress_spectrum if stress else law_of(scene.spectrum, **law_arguments(scene))
         )
         theory.persson.stress_density(
             stress_spectrum=law

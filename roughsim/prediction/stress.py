@@ -16,6 +16,7 @@ from roughsim.surface.spectrum import Spectrum
 from theory.lay import LayStress
 from theory.lay_waves import Weighted
 from theory.slope_frame import slope_frame
+from theory.yielding import YieldingSpectrum
 
 
 def modulus_of(scene: Scene) -> float:
@@ -41,6 +42,13 @@ def law_arguments(scene: Scene) -> dict[str, Any]:
     hardness = None if scene.elastic else scene.penetration_hardness
     modulus = {"effective_modulus": scene.effective_modulus}  # the law finds what a lay makes of it
     return load_arguments(scene) | modulus | {"penetration_hardness": hardness}
+
+
+@lru_cache(maxsize=64)  # .01 s: the same in a run and in its comparison
+def law_of(spectrum: Spectrum, **arguments: float | None) -> YieldingSpectrum:
+    """Return |σ_q|² by the calibrated law, with arguments as of `law_arguments`; ValueError outside its range."""
+    law: YieldingSpectrum = theory.clipped.law_of(spectrum, **arguments)
+    return law
 
 
 def stress_arguments(scene: Scene) -> dict[str, Any]:

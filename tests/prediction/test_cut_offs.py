@@ -1,7 +1,5 @@
 """T_flash beyond the cut-offs by the calibrated law: each wave of a face with a lay has the modulus of its contact."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 from scipy.special import erf
@@ -52,12 +50,12 @@ class Stiffened:
 @pytest.mark.parametrize(
     ("slope", "hardness", "area", "law_of"),
     [
-        (0.1, {}, elastic_area, partial(theory.yielding.elastic_steps, step=0.2)),
+        (0.1, {}, elastic_area, theory.yielding.elastic_steps),
         (
             1.0,
             {"penetration_hardness": HARDNESS},
             between_walls,
-            partial(theory.plasticity.stress_spectrum, step=0.1),
+            theory.plasticity.stress_spectrum,
         ),
     ],
 )
@@ -99,7 +97,6 @@ def test_yielded_contact_goes_on_by_the_law_of_its_hardness():
             TruncatedSpectrum(scene.spectrum, end),
             effective_modulus=scene.effective_modulus,
             penetration_hardness=1.2e9,
-            step=0.1,
             **solid,
         )
         exact.append(theory.flash.flash_temperature(10.0, stress_spectrum=stress, **solid, **HEAT))
