@@ -132,9 +132,9 @@ def test_higher_moments_by_heat_are_those_of_a_chain(hardness):
     found = at_rest(law, LENGTH, spacing=0.2)
     temperature, joint = found.joint()
     heat = found.pressure @ joint
-    assert heat @ temperature == pytest.approx(diffusion.pressure @ moments[1], rel=1e-3)
-    assert heat @ temperature**2 == pytest.approx(diffusion.pressure @ moments[2], rel=1e-3)
-    assert heat @ temperature**3 == pytest.approx(diffusion.pressure @ moments[3], rel=1e-3)
+    assert heat @ temperature == pytest.approx(diffusion.pressure @ moments[1], rel=3e-4)
+    assert heat @ temperature**2 == pytest.approx(diffusion.pressure @ moments[2], rel=3e-4)
+    assert heat @ temperature**3 == pytest.approx(diffusion.pressure @ moments[3], rel=3e-4)
 
 
 @pytest.mark.slow

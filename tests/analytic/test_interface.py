@@ -83,6 +83,30 @@ def test_the_law_converges_with_the_square_of_the_step_and_of_the_spacing():
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 2.0, atol=0.3)
 
 
+@pytest.mark.parametrize("ramp", [0.05, 3.0])
+def test_a_step_of_the_law_is_rosenbrocks_with_exact_slopes(ramp):
+    z, variance = np.arange(-3.1, 3.2, 0.2), np.array([1.0, 0.2])
+    middle = np.append(z - 0.1, z[-1] + 0.1)
+    series = (
+        2.0 * ramp * bell(middle) / 0.2**0.25 / np.sqrt(2.0)
+    )  # ramps 2 and 1, mean variance √.2
+
+    def change(law):
+        wide = np.concatenate([law[:1], law, law[-1:]])
+        mean = (wide[1:] + wide[:-1]) / 2
+        through = (np.diff(wide) / 0.2 + middle * mean) / (series + mean) ** 2
+        return np.diff(through) / 0.4 - law / 2
+
+    found = interface_law(z, variance, ramp * np.array([2.0, 1.0]))
+    start, step = found[1], np.log(5.0)
+    slopes = [change(start + 1e-30j * each).imag / 1e-30 for each in np.eye(z.size)]
+    matrix = np.eye(z.size) - (1 - np.sqrt(0.5)) * step * np.transpose(slopes)
+    first = np.linalg.solve(matrix, change(start))
+    second = np.linalg.solve(matrix, change(start + step * first) - 2 * first)
+    expected = start + step * (1.5 * first + 0.5 * second)
+    np.testing.assert_allclose(found[0], expected, rtol=1e-9)
+
+
 @pytest.mark.parametrize("power", [0.5, 1.0, -1.0, -3.0])
 def test_between_two_shells_a_power_of_the_height_variance_is_exact(power):
     variance = np.geomspace(3.0, 0.2, 6)

@@ -53,6 +53,36 @@ def unevenness(diffusion):
     return x, (mean[1:] + mean[:-1]) / 2, made
 
 
+def test_the_unevenness_is_carried_back_by_an_implicit_step_from_shell_to_shell():
+    diffusion = diffuse(SelfAffine(q_max=1e6), MODULUS, 0.1 * HARDNESS, HARDNESS)
+    gap, growth = np.diff(diffusion.pressure), diffusion.growth
+    lower, higher = gap[:-1], gap[1:]
+
+    def back(values, spread):
+        rates = np.zeros((growth.shape[1],) * 2)
+        inner = np.arange(1, growth.shape[1] - 1)
+        rates[inner, inner + 1] = 1 / (higher * (lower + higher))
+        rates[inner, inner - 1] = 1 / (lower * (lower + higher))
+        rates -= np.diag(rates.sum(axis=1))
+        return np.linalg.solve(np.eye(rates.shape[0]) - spread[:, None] * rates, values)
+
+    found = stiffness_variance(diffusion)
+    for shell in (1, 17, growth.shape[0] - 1):
+        stiffness, there = (
+            (each[shell] + each[shell + 1]) / 2
+            for each in (diffusion.stiffness, diffusion.probability)
+        )
+        mean = there @ stiffness
+        carried, expected = back(stiffness, growth[shell] / 2), []
+        for before in range(shell, -1, -1):
+            expected.append(diffusion.probability[before] @ carried**2 - mean**2)
+            carried = back(carried, growth[before - 1])
+        expected = np.maximum.accumulate(np.maximum(expected[::-1], 0.0))
+        whole = there @ stiffness**2 - mean**2
+        np.testing.assert_allclose(found[shell, : shell + 1], expected, rtol=0, atol=1e-8 * whole)
+        np.testing.assert_allclose(found[shell, shell + 1 :], whole, rtol=1e-9)
+
+
 @CONTACTS
 def test_waves_that_are_modulated_in_turn_add_up_as_vectors(spectrum, pressure, hardness):
     # walks by chance: a wave k for the unevenness of kappa, another one for that of its own, until there is none

@@ -7,7 +7,7 @@ import pytest
 from yielding_cases import HARDNESS, HEATING, MODULUS, SelfAffine
 
 from theory import flash, persson, plasticity
-from theory.yielding import YieldingSpectrum
+from theory.yielding import YieldingSpectrum, elastic_steps
 
 
 @dataclasses.dataclass(frozen=True)
@@ -312,6 +312,15 @@ def test_half_the_step_changes_the_flash_temperature_by_less_than_a_third_of_a_p
         return flash.flash_temperature([1e2, 1e5, 1e8], stress_spectrum=stress, **heat)
 
     assert temperature(0.25) == pytest.approx(temperature(0.125), rel=0.003)
+
+
+def test_quotients_of_two_ends_were_compared_at_lighter_loads():
+    spectrum, q = SelfAffine(q_max=1e6), np.geomspace(5e4, 1e6, 20_001)
+    stiff = MODULUS * np.sqrt(2 * np.pi * np.trapezoid(q**4 * spectrum(q), np.log(q)))
+    elastic_steps(spectrum, effective_modulus=MODULUS, nominal_pressure=6e-4 * stiff)
+    for law, load in ((elastic_steps, 4e-4), (persson.calibrated_spectrum, 6e-4)):
+        with pytest.raises(ValueError, match=rf"nominal_pressure/\(E\*h′\) = {load:.3g}"):
+            law(spectrum, effective_modulus=MODULUS, nominal_pressure=load * stiff)
 
 
 @pytest.mark.parametrize("step", [0.009, 0.6, 10.0])
