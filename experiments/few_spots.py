@@ -48,8 +48,8 @@ def drawn() -> list[dict[str, Any]]:
     return scenes
 
 
-def scene_of(one: dict[str, Any], points: int) -> rs.Scene:
-    """Return the scene of a run, with two levels up to the end of C(q)."""
+def sections_of(one: dict[str, Any], points: int) -> dict[str, Any]:
+    """Return the sections of the scene of a run, with two levels up to the end of C(q)."""
     q_min, top = 2 * pi * PERIODS / CELL, 2 * pi * points / CELL / 4
     body = {
         "youngs_modulus": one["modulus"],
@@ -58,7 +58,7 @@ def scene_of(one: dict[str, Any], points: int) -> rs.Scene:
         "density": DENSITY,
         "heat_capacity": HEAT,
     }
-    sections = {
+    return {
         "surface": {
             "rms_slope": one["slope"],
             "hurst": one["hurst"],
@@ -87,7 +87,11 @@ def scene_of(one: dict[str, Any], points: int) -> rs.Scene:
             ],
         },
     }
-    return rs.load_scene(sections)
+
+
+def scene_of(one: dict[str, Any], points: int) -> rs.Scene:
+    """Return the scene of a run."""
+    return rs.load_scene(sections_of(one, points))
 
 
 def reference(one: dict[str, Any], points: int, cells: int) -> Row:
