@@ -19,9 +19,9 @@ from typing import Any
 
 import few_spots
 import numpy as np
-from few_spots import CELL, CONDUCTIVITY, DENSITY, FRICTION, HEAT, PERIODS
-from script import Command, Row, Rows, write_evidence
+from few_spots import CELL, CONDUCTIVITY, DENSITY, FRICTION, HEAT
 from scipy.special import wofz
+from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
 
