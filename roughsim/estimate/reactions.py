@@ -21,10 +21,9 @@ from roughsim.estimate.sliding import UNCERTAINTY_OF_DISTRIBUTION
 from roughsim.estimate.telescoping import LevelMean, change_by_pixel, is_refined, telescoped
 from roughsim.grid import Array
 from roughsim.observables.distribution import (
-    BIN_AREAS,
     Bins,
     areas_of,
-    share_below,
+    shares_of,
     two_pressures,
 )
 from roughsim.observables.record import Sample
@@ -135,7 +134,7 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
     temperature.
     """
     scaled = bins._replace(temperature=factor[:, None] * bins.temperature)
-    return 1.0 - share_below(scaled, BIN_AREAS * bins.pressure, excess)
+    return 1.0 - shares_of(scaled, "heat").colder(excess)
 
 
 def _itself(bins: Bins, rows: Array) -> tuple[Array, Array, Array]:

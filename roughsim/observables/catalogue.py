@@ -14,7 +14,13 @@ import numpy as np
 
 from roughsim.extensions import extensions
 from roughsim.grid import Array
-from roughsim.observables.distribution import LEVELS, Distribution, Pooled, pooled_quantile
+from roughsim.observables.distribution import (
+    LEVELS,
+    Distribution,
+    Pooled,
+    pooled_quantile,
+    shares_of,
+)
 from roughsim.observables.record import Measured, Observable, Sample, ratio
 
 
@@ -48,7 +54,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
     q = sample.wavenumber
     mean = sample.spectrum.mean(axis=0)
-    r = float(sample.values_of(f"r({fraction})", lambda s: _crossing(s, fraction))[0])
+    r = float(sample.kept(f"r({fraction})", lambda s: _crossing(s, fraction))[0])
     if not np.isfinite(r):
         return np.full((len(sample.spectrum), 1), np.nan)
     slope = -float((mean * q) @ j1(q * r))
@@ -63,7 +69,7 @@ def _crossing(sample: Sample, fraction: float) -> Array:
     larger = min((other for other in _FRACTIONS if other > fraction), default=None)
     start = 0.0
     if larger is not None:
-        found = sample.values_of(f"r({larger})", lambda s: _crossing(s, larger))
+        found = sample.kept(f"r({larger})", lambda s: _crossing(s, larger))
         start = float(found[0])
     if not np.isfinite(start):
         return np.array([np.nan])
@@ -108,11 +114,13 @@ def quantile(name: str, weight: str) -> Observable:
 
 def pooled(sample: Sample, stored: str) -> Pooled:
     """Return a quantile over all contacts of a sample together; of each it is stored by this name."""
-    own = sample.numbers[stored]
-    if sample.bins is None:  # of an older version
+    own, bins = sample.numbers[stored], sample.bins
+    if bins is None:  # of an older version
         return Pooled(own, np.full(own.shape[1:], True))
     weight = "area" if "_area_" in stored else "heat"
-    return pooled_quantile(sample.bins, own, LEVELS[stored.rpartition("_")[2]], weight)
+    shares = sample.kept(f"shares by {weight}", lambda _: shares_of(bins, weight))
+    level = LEVELS[stored.rpartition("_")[2]]
+    return sample.kept(f"pooled {stored}", lambda _: pooled_quantile(shares, own, level))
 
 
 def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observable:

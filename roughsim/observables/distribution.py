@@ -6,7 +6,6 @@ divide the colder half; in the hotter half, three divide each halving of the are
 """
 
 from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -125,19 +124,25 @@ def areas_of(bins: Bins) -> Array:
     return BIN_AREAS * (whole / whole.mean(axis=0))[..., None]
 
 
-def share_below(bins: Bins, weights: Array, temperature: Array) -> Array:
-    """Return the share of the weights of each contact, (n, speeds, bins), that is colder than a temperature, K.
+class Shares(NamedTuple):
+    """Distribution functions of the temperature of contacts by heat or area, linear between the middles of bins."""
 
-    `temperature` is (n, speeds) or (speeds,), the result (n, speeds). Between the middles of two bins the share is
-    linear in the temperature.
-    """
-    return _interpolated(bins.temperature, _middles(weights), temperature)
+    temperature: Array  # of bins, ascending, K, (n, speeds, bins)
+    below: Array  # share of a contact below the middle of each bin
+    of_contact: Array  # heat or area of each contact over the mean of all, (n, speeds)
+
+    def colder(self, temperature: Array) -> Array:
+        """Return the share of each contact that is colder than a temperature, K, (n, speeds) or (speeds,)."""
+        return _interpolated(self.temperature, self.below, temperature)
 
 
-def _middles(weights: Array) -> Array:
-    """Return the share of the weights below the middle of each bin."""
+def shares_of(bins: Bins, weight: str) -> Shares:
+    """Return the distribution functions of contacts, weighted by "heat" or "area"."""
+    weights = areas_of(bins) * (bins.pressure if weight == "heat" else 1.0)
     total = np.cumsum(weights, axis=-1)
-    return (total - 0.5 * weights) / total[..., -1:]
+    below = (total - 0.5 * weights) / total[..., -1:]
+    of_contact = weights.sum(axis=-1)
+    return Shares(bins.temperature, below, of_contact / of_contact.mean(axis=0))
 
 
 def _interpolated(temperatures: Array, shares: Array, at: Array) -> Array:
@@ -161,36 +166,32 @@ class Pooled(NamedTuple):
     known: Array  # whether the contacts show its scatter, (speeds,)
 
 
-def pooled_quantile(bins: Bins, of_contacts: Array, level: float, weight: str) -> Pooled:
-    """Return a quantile over all contacts together, weighted by "heat" or "area".
+def pooled_quantile(shares: Shares, of_contacts: Array, level: float) -> Pooled:
+    """Return a quantile over all contacts together.
 
     A contact of few hot spots has too few for its own highest quantiles, `of_contacts`, (n, speeds), K: their mean is
     biased. The share below the quantile q of all contacts scatters by its standard error e, and q by this scatter
     times its slope between the levels ± 2 e (R.S. Woodruff, J. Am. Stat. Assoc. 47, 635, 1952), unknown if these leave
     0 to 1. The width of the bins errs alike in the quantiles of each contact, which are known without it.
     """
-    weights = areas_of(bins) * (bins.pressure if weight == "heat" else 1.0)
-    of_contact = weights.sum(axis=-1)
-    of_contact /= of_contact.mean(axis=0)
-    shares = partial(_interpolated, bins.temperature, _middles(weights))
-    coldest, hottest = bins.temperature[..., 0], bins.temperature[..., -1]
+    coldest, hottest = shares.temperature[..., 0], shares.temperature[..., -1]
 
     def together(at: Array) -> Array:
         ends = coldest.min(axis=0), hottest.max(axis=0)
-        return _crossing(lambda t: (of_contact * shares(t)).mean(axis=0), at, *ends)
+        return crossing(lambda t: (shares.of_contact * shares.colder(t)).mean(axis=0), at, *ends)
 
     pooled = together(np.full(coldest.shape[1:], level))
-    apart = of_contact * (level - shares(pooled))
+    apart = shares.of_contact * (level - shares.colder(pooled))
     apart -= apart.mean(axis=0)
     error = np.sqrt((apart**2).sum(axis=0) / (len(apart) * max(len(apart) - 1, 1)))
     low, high = level - 2.0 * error, level + 2.0 * error
     rise = together(high) - together(low)
     slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=high > low)
-    by_bins = of_contacts - _crossing(shares, level, coldest, hottest)
+    by_bins = of_contacts - crossing(shares.colder, level, coldest, hottest)
     return Pooled(pooled + slope * apart + by_bins.mean(axis=0), (low >= 0.0) & (high <= 1.0))
 
 
-def _crossing(
+def crossing(
     share: Callable[[Array], Array], level: Array | float, low: Array, high: Array
 ) -> Array:
     """Return the temperature between two others at which an ascending share passes a level."""

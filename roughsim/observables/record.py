@@ -6,13 +6,15 @@ mean is the observable and whose scatter gives its error. Ratios of observables 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from roughsim.grid import Array, Grid, Index
 from roughsim.observables.distribution import Bins
+
+Made = TypeVar("Made")
 
 if TYPE_CHECKING:  # slow to import: reading names and units alone must not wait for them
     from roughsim.contact import Contact
@@ -55,7 +57,7 @@ class TheoryOfScene(NamedTuple):
 class Sample:
     """The numbers of one level, a row for each realization that was solved at it.
 
-    Values computed from it are kept; `replace` makes a record without kept values.
+    `replace` makes a record without what was `kept`.
     """
 
     q_max: float  # the cut-off of the level, rad/m
@@ -72,14 +74,15 @@ class Sample:
     stream: int = 0  # of its surfaces: levels of one stream see the same ones
     # the level below on the same surfaces; None at the lowest level
     below: "Sample | None" = None
-    # influence values by the name of the observable
-    _known: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
+    # what was made of it, by name
+    _kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
-    def values_of(self, name: str, values: "Callable[[Sample], Array]") -> Array:
-        """Return the influence values of an observable, computed by `values` the first time."""
-        if name not in self._known:
-            self._known[name] = values(self)
-        return self._known[name]
+    def kept(self, name: str, make: "Callable[[Sample], Made]") -> Made:
+        """Return what `make` makes of the sample, by its name; made the first time."""
+        if name not in self._kept:
+            self._kept[name] = make(self)
+        made: Made = self._kept[name]
+        return made
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +135,7 @@ class Observable:
         """Return the influence values at one level, (realizations, speeds) or (realizations, 1)."""
         if self.values is None:
             return sample.numbers[self.name]
-        return sample.values_of(self.name, self.values)
+        return sample.kept(self.name, self.values)
 
     def of_theory(self, theory: TheoryOfScene, speeds: int) -> Array:
         """Return the value of the theory at so many speeds, (speeds,) or (1,); NaN without one."""

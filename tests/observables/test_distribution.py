@@ -11,7 +11,7 @@ from roughsim.observables.distribution import (
     Bins,
     binned,
     pooled_quantile,
-    share_below,
+    shares_of,
     two_pressures,
     weighted_quantiles,
 )
@@ -128,7 +128,7 @@ def even(low, pressure, count=4000):
 def test_quantiles_of_two_contacts_together_are_closed(weight, cold, level):
     # under the same load the hotter one of three times the pressure has a third of the area, and as much heat
     bins = together(even(0.0, 1e9), even(1.0, 3e9))
-    found = pooled_quantile(bins, np.array([[level], [1.0 + level]]), level, weight)
+    found = pooled_quantile(shares_of(bins, weight), np.array([[level], [1.0 + level]]), level)
     exact = level / cold if level < cold else 1.0 + (level - cold) / (1.0 - cold)
     assert found.rows.mean(axis=0) == pytest.approx(exact, abs=1e-3)
 
@@ -138,7 +138,9 @@ def test_alike_contacts_have_their_own_quantiles_without_scatter(weight):
     rng = np.random.default_rng(11)
     one = np.sort(rng.gamma(2.0, 50.0, 300)), rng.gamma(2.0, 1e8, 300)
     for level in P:
-        found = pooled_quantile(together(*[one] * 3), np.full((3, 1), 123.0), level, weight)
+        found = pooled_quantile(
+            shares_of(together(*[one] * 3), weight), np.full((3, 1), 123.0), level
+        )
         np.testing.assert_allclose(found.rows, 123.0, rtol=1e-6)
         assert found.known.all()
 
@@ -156,7 +158,7 @@ def test_single_spots_have_the_quantiles_of_a_sample_and_their_error(level):
     own = of_one_temperature(n)[:, None]
     shape = np.ones((n, 1, BIN_AREAS.size))
     bins = Bins(own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
-    rows, known = pooled_quantile(bins, own, level, "heat")
+    rows, known = pooled_quantile(shares_of(bins, "heat"), own, level)
     assert rows.mean() == pytest.approx(-np.log(1.0 - level), abs=0.02)
     error = np.sqrt(level / (1.0 - level) / n)
     assert rows.std() / np.sqrt(n) == pytest.approx(error, rel=0.1)
@@ -170,7 +172,7 @@ def test_a_quantile_beyond_which_lie_too_few_spots_is_unknown(spots, known):
     shape = np.ones((spots, 1, BIN_AREAS.size))
     for sign, level in (1.0, 0.99), (-1.0, 0.01):
         bins = Bins(sign * own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
-        assert pooled_quantile(bins, sign * own, level, "area").known == known
+        assert pooled_quantile(shares_of(bins, "area"), sign * own, level).known == known
 
 
 def test_a_share_between_bins_that_ascend_but_for_rounding_is_between_0_and_1():
@@ -180,7 +182,7 @@ def test_a_share_between_bins_that_ascend_but_for_rounding_is_between_0_and_1():
     shape = np.ones_like(temperature)
     bins = Bins(temperature, 1e9 * shape, 0.0 * shape, 0.0 * shape)
     for at in 1.0, above:
-        share = share_below(bins, BIN_AREAS * shape, np.array([at]))
+        share = shares_of(bins, "area").colder(np.array([at]))
         assert 0.0 < share <= 1.0
 
 
@@ -193,7 +195,7 @@ def test_influence_values_of_a_pooled_quantile_are_those_of_a_jackknife(weight, 
 
     def value(chosen):
         bins = together(*(contacts[i] for i in chosen))
-        return pooled_quantile(bins, own[chosen], level, weight).rows
+        return pooled_quantile(shares_of(bins, weight), own[chosen], level).rows
 
     rows = value(np.arange(n))[:, 0]
     without = np.array([value(np.delete(np.arange(n), i)).mean() for i in range(n)])
