@@ -134,7 +134,7 @@ def heat_above(bins: Bins, factor: Array, excess: Array) -> Array:
     temperature.
     """
     scaled = bins._replace(temperature=factor[:, None] * bins.temperature)
-    return 1.0 - shares_of(scaled, "heat").colder(excess)
+    return 1.0 - shares_of(scaled, "heat").colder(excess[:, None])[..., 0]
 
 
 def _itself(bins: Bins, rows: Array) -> tuple[Array, Array, Array]:

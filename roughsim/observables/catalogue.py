@@ -18,7 +18,7 @@ from roughsim.observables.distribution import (
     LEVELS,
     Distribution,
     Pooled,
-    pooled_quantile,
+    pooled_quantiles,
     shares_of,
 )
 from roughsim.observables.record import Measured, Observable, Sample, ratio
@@ -113,14 +113,21 @@ def quantile(name: str, weight: str) -> Observable:
 
 
 def pooled(sample: Sample, stored: str) -> Pooled:
-    """Return a quantile over all contacts of a sample together; of each it is stored by this name."""
-    own, bins = sample.numbers[stored], sample.bins
+    """Return a quantile over all contacts of a sample together, (n, speeds); of each it is stored by this name."""
+    bins = sample.bins
     if bins is None:  # of an older version
+        own = sample.numbers[stored]
         return Pooled(own, np.full(own.shape[1:], True))
-    weight = "area" if "_area_" in stored else "heat"
-    shares = sample.kept(f"shares by {weight}", lambda _: shares_of(bins, weight))
-    level = LEVELS[stored.rpartition("_")[2]]
-    return sample.kept(f"pooled {stored}", lambda _: pooled_quantile(shares, own, level))
+    kind, _, name = stored.rpartition("_")
+
+    def of_all_levels(sample: Sample) -> Pooled:
+        shares = shares_of(bins, "area" if kind.endswith("_area") else "heat")
+        own = np.stack([sample.numbers[f"{kind}_{level}"] for level in LEVELS], axis=-1)
+        return pooled_quantiles(shares, own, np.array([*LEVELS.values()]))
+
+    rows, known = sample.kept(kind, of_all_levels)
+    place = list(LEVELS).index(name)
+    return Pooled(rows[..., place], known[..., place])
 
 
 def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observable:

@@ -132,8 +132,22 @@ class Shares(NamedTuple):
     of_contact: Array  # heat or area of each contact over the mean of all, (n, speeds)
 
     def colder(self, temperature: Array) -> Array:
-        """Return the share of each contact that is colder than a temperature, K, (n, speeds) or (speeds,)."""
-        return _interpolated(self.temperature, self.below, temperature)
+        """Return the share of each contact that is colder than temperatures, K, (speeds, any) or (n, speeds, any).
+
+        The result is (n, speeds, any): 0 below all bins and 1 above all; NaN of unknown temperatures.
+        """
+        place = (self.temperature[..., None, :] <= temperature[..., None]).sum(axis=-1)
+        last = self.temperature.shape[-1] - 1
+        ends = np.maximum(place - 1, 0), np.minimum(place, last)
+        start, end = (np.take_along_axis(self.temperature, k, axis=-1) for k in ends)
+        below, above = (np.take_along_axis(self.below, k, axis=-1) for k in ends)
+        # bins of one temperature ascend but for rounding
+        part = np.divide(
+            temperature - start, end - start, out=np.zeros_like(start), where=end > start
+        )
+        between = below + (above - below) * np.clip(part, 0.0, 1.0)
+        between = np.where(place > last, 1.0, between)
+        return np.where(place == 0, 0.0 * start, between)
 
 
 def shares_of(bins: Bins, weight: str) -> Shares:
@@ -145,58 +159,47 @@ def shares_of(bins: Bins, weight: str) -> Shares:
     return Shares(bins.temperature, below, of_contact / of_contact.mean(axis=0))
 
 
-def _interpolated(temperatures: Array, shares: Array, at: Array) -> Array:
-    """Return shares, (n, speeds, bins), at a temperature, 0 below all and 1 above all; NaN of unknown temperatures."""
-    place = (temperatures <= np.expand_dims(at, -1)).sum(axis=-1)
-    last = shares.shape[-1] - 1
-    ends = np.clip(np.stack([place - 1, place], axis=-1), 0, last)
-    start, end = np.moveaxis(np.take_along_axis(temperatures, ends, axis=-1), -1, 0)
-    below, above = np.moveaxis(np.take_along_axis(shares, ends, axis=-1), -1, 0)
-    # bins of one temperature ascend but for rounding
-    part = np.divide(at - start, end - start, out=np.zeros_like(start), where=end > start)
-    between = below + (above - below) * np.clip(part, 0.0, 1.0)
-    between = np.where(place > last, 1.0, between)
-    return np.where(place == 0, 0.0 * start, between)
-
-
 class Pooled(NamedTuple):
-    """A quantile over all contacts together."""
+    """Quantiles over all contacts together."""
 
-    rows: Array  # influence values, (n, speeds), K
-    known: Array  # whether the contacts show its scatter, (speeds,)
+    rows: Array  # influence values, (n, speeds, levels), K
+    known: Array  # whether the contacts show its scatter, (speeds, levels)
 
 
-def pooled_quantile(shares: Shares, of_contacts: Array, level: float) -> Pooled:
-    """Return a quantile over all contacts together.
+def pooled_quantiles(shares: Shares, of_contacts: Array, levels: Array) -> Pooled:
+    """Return quantiles over all contacts together.
 
-    A contact of few hot spots has too few for its own highest quantiles, `of_contacts`, (n, speeds), K: their mean is
-    biased. The share below the quantile q of all contacts scatters by its standard error e, and q by this scatter
-    times its slope between the levels ± 2 e (R.S. Woodruff, J. Am. Stat. Assoc. 47, 635, 1952), unknown if these leave
-    0 to 1. The width of the bins errs alike in the quantiles of each contact, which are known without it.
+    A contact of few hot spots has too few for its own highest quantiles, `of_contacts`, (n, speeds, levels), K: their
+    mean is biased. The share below the quantile q of all contacts scatters by its standard error e, and q by this
+    scatter times its slope between the levels ± 2 e (R.S. Woodruff, J. Am. Stat. Assoc. 47, 635, 1952), unknown if
+    these leave 0 to 1. The width of the bins errs alike in the quantiles of each contact, which are known without it.
     """
-    coldest, hottest = shares.temperature[..., 0], shares.temperature[..., -1]
+    coldest, hottest = (shares.temperature[..., k, None] for k in (0, -1))
+    of_contact = shares.of_contact[..., None]
 
-    def together(at: Array) -> Array:
+    def together(at: Array) -> tuple[Array, Array]:
         ends = coldest.min(axis=0), hottest.max(axis=0)
-        return crossing(lambda t: (shares.of_contact * shares.colder(t)).mean(axis=0), at, *ends)
+        return crossing(lambda t: (of_contact * shares.colder(t)).mean(axis=0), at, *ends)
 
-    pooled = together(np.full(coldest.shape[1:], level))
-    apart = shares.of_contact * (level - shares.colder(pooled))
+    below, pooled = together(levels)
+    # one pixel may hold much of a small contact: the share jumps there, and its mean on both sides scatters
+    colder = 0.5 * (shares.colder(below) + shares.colder(pooled))
+    apart = of_contact * (levels - colder)
     apart -= apart.mean(axis=0)
     error = np.sqrt((apart**2).sum(axis=0) / (len(apart) * max(len(apart) - 1, 1)))
-    low, high = level - 2.0 * error, level + 2.0 * error
-    rise = together(high) - together(low)
+    low, high = levels - 2.0 * error, levels + 2.0 * error
+    rise = together(high)[1] - together(low)[1]
     slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=high > low)
-    by_bins = of_contacts - crossing(shares.colder, level, coldest, hottest)
+    by_bins = of_contacts - crossing(shares.colder, levels, coldest, hottest)[1]
     return Pooled(pooled + slope * apart + by_bins.mean(axis=0), (low >= 0.0) & (high <= 1.0))
 
 
 def crossing(
     share: Callable[[Array], Array], level: Array | float, low: Array, high: Array
-) -> Array:
-    """Return the temperature between two others at which an ascending share passes a level."""
+) -> tuple[Array, Array]:
+    """Return temperatures just below and above the place between two others where a share rises past a level."""
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
         below = share(middle) < level
         low, high = np.where(below, middle, low), np.where(below, high, middle)
-    return high
+    return low, high
