@@ -26,6 +26,7 @@ from roughsim.observables.directed_pictures import (
     mean_squares_of_waves,
     variance_of,
 )
+from roughsim.observables.distribution import crossing
 from roughsim.observables.moments import HeatSource
 from roughsim.observables.record import Sample, ratio
 from roughsim.observables.stress_spectrum import StressSpectrum, gathering, stress_spectrum
@@ -193,13 +194,12 @@ def _exceeded(field: Field, spread: float) -> float:
         return hottest
     counts, edges = np.histogram(field, _BINS, (low, high))
     middles = (edges[:-1] + edges[1:]) / 2
-    low = hottest - 3 * spread
-    high = high + 3 * spread
-    for _ in range(40):
-        value = (low + high) / 2
-        above = float(counts @ ndtr((middles - value) / spread)) / field.size
-        low, high = (value, high) if above > EXCEEDED else (low, value)
-    return (low + high) / 2
+
+    def colder(temperature: Array) -> Array:
+        return counts @ ndtr((temperature - middles) / spread) / field.size
+
+    ends = np.array([hottest - 3 * spread, high + 3 * spread])
+    return float(crossing(colder, 1.0 - EXCEEDED, *ends)[1])
 
 
 def pictures(pressure: Field, grid: Grid, sliding: HeatSource, camera: Camera) -> list[Field]:

@@ -10,7 +10,7 @@ from roughsim.observables.distribution import (
     LEVELS,
     Bins,
     binned,
-    pooled_quantile,
+    pooled_quantiles,
     shares_of,
     two_pressures,
     weighted_quantiles,
@@ -118,6 +118,12 @@ def together(*contacts):
     )
 
 
+def pooled(bins, weight, own, level):
+    """One quantile of contacts together: rows (n, speeds), and whether their scatter is known."""
+    found = pooled_quantiles(shares_of(bins, weight), own[..., None], np.array([level]))
+    return found.rows[..., 0], found.known[..., 0]
+
+
 def even(low, pressure, count=4000):
     """A contact of one pressure whose temperature is uniform from `low` to 1 above."""
     return low + (np.arange(count) + 0.5) / count, np.full(count, pressure)
@@ -128,9 +134,9 @@ def even(low, pressure, count=4000):
 def test_quantiles_of_two_contacts_together_are_closed(weight, cold, level):
     # under the same load the hotter one of three times the pressure has a third of the area, and as much heat
     bins = together(even(0.0, 1e9), even(1.0, 3e9))
-    found = pooled_quantile(shares_of(bins, weight), np.array([[level], [1.0 + level]]), level)
+    rows, _ = pooled(bins, weight, np.array([[level], [1.0 + level]]), level)
     exact = level / cold if level < cold else 1.0 + (level - cold) / (1.0 - cold)
-    assert found.rows.mean(axis=0) == pytest.approx(exact, abs=1e-3)
+    assert rows.mean(axis=0) == pytest.approx(exact, abs=1e-3)
 
 
 @pytest.mark.parametrize("weight", ["heat", "area"])
@@ -138,11 +144,9 @@ def test_alike_contacts_have_their_own_quantiles_without_scatter(weight):
     rng = np.random.default_rng(11)
     one = np.sort(rng.gamma(2.0, 50.0, 300)), rng.gamma(2.0, 1e8, 300)
     for level in P:
-        found = pooled_quantile(
-            shares_of(together(*[one] * 3), weight), np.full((3, 1), 123.0), level
-        )
-        np.testing.assert_allclose(found.rows, 123.0, rtol=1e-6)
-        assert found.known.all()
+        rows, known = pooled(together(*[one] * 3), weight, np.full((3, 1), 123.0), level)
+        np.testing.assert_allclose(rows, 123.0, rtol=1e-6)
+        assert known.all()
 
 
 def of_one_temperature(count):
@@ -158,21 +162,53 @@ def test_single_spots_have_the_quantiles_of_a_sample_and_their_error(level):
     own = of_one_temperature(n)[:, None]
     shape = np.ones((n, 1, BIN_AREAS.size))
     bins = Bins(own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
-    rows, known = pooled_quantile(shares_of(bins, "heat"), own, level)
+    rows, known = pooled(bins, "heat", own, level)
     assert rows.mean() == pytest.approx(-np.log(1.0 - level), abs=0.02)
     error = np.sqrt(level / (1.0 - level) / n)
     assert rows.std() / np.sqrt(n) == pytest.approx(error, rel=0.1)
     assert known.all()
 
 
-@pytest.mark.parametrize(("spots", "known"), [(300, False), (500, True)])
+@pytest.mark.parametrize(("spots", "known"), [(500, False), (700, True)])
 def test_a_quantile_beyond_which_lie_too_few_spots_is_unknown(spots, known):
-    # 99 % + 2 √(.99 .01/n) is 1 at n = 396
+    # 99 % + 2.5 √(.99 .01/n) is 1 at n = 619
     own = of_one_temperature(spots)[:, None]
     shape = np.ones((spots, 1, BIN_AREAS.size))
     for sign, level in (1.0, 0.99), (-1.0, 0.01):
         bins = Bins(sign * own[..., None] * shape, 1e9 * shape, 0.0 * shape, 0.0 * shape)
-        assert pooled_quantile(shares_of(bins, "area"), sign * own, level).known == known
+        assert pooled(bins, "area", sign * own, level)[1] == known
+
+
+@pytest.mark.parametrize(("sign", "level"), [(1.0, 0.999), (-1.0, 0.001)])
+def test_a_quantile_within_one_pixel_of_one_contact_is_unknown(sign, level):
+    # of 20 contacts of 40 pixels one has the hottest: with 1/40 of its area it holds more than .1 % of all
+    rng = np.random.default_rng(8)
+    contacts = [np.sort(sign * rng.random(40)) for _ in range(20)]
+    contacts[7] += sign
+    bins = together(*((one, np.full(40, 1e9)) for one in contacts))
+    own = np.zeros((20, 1))
+    assert not pooled(bins, "area", own, level)[1]
+    assert pooled(bins, "area", own, 0.5)[1]
+
+
+@pytest.mark.parametrize("weight", ["heat", "area"])
+def test_quantiles_at_all_levels_are_those_of_sorted_pixels_of_all_contacts(weight):
+    rng = np.random.default_rng(8)
+    contacts = []
+    for _ in range(30):  # under one load the pressure is in proportion to 1 over the area
+        size = int(rng.integers(3000, 9000))
+        contacts.append(
+            (np.sort(rng.gamma(4.0, rng.uniform(1.0, 3.0), size)), np.full(size, 1e13 / size))
+        )
+    both = np.concatenate(contacts, axis=1)
+    own = []
+    for values, heat in (*contacts, both[:, np.argsort(both[0])]):
+        own.append(weighted_quantiles(values, heat if weight == "heat" else np.ones_like(heat), P))
+    exact = own.pop()
+    shares = shares_of(together(*contacts), weight)
+    found = pooled_quantiles(shares, np.array(own)[:, None], P)
+    # the coldest bin has 6 % of the area: half of it is coarse for the first level
+    np.testing.assert_allclose(found.rows.mean(axis=0)[0, 1:], exact[1:], rtol=2e-3)
 
 
 def test_a_share_between_bins_that_ascend_but_for_rounding_is_between_0_and_1():
@@ -182,7 +218,7 @@ def test_a_share_between_bins_that_ascend_but_for_rounding_is_between_0_and_1():
     shape = np.ones_like(temperature)
     bins = Bins(temperature, 1e9 * shape, 0.0 * shape, 0.0 * shape)
     for at in 1.0, above:
-        share = shares_of(bins, "area").colder(np.array([at]))
+        share = shares_of(bins, "area").colder(np.array([[at]]))
         assert 0.0 < share <= 1.0
 
 
@@ -195,7 +231,7 @@ def test_influence_values_of_a_pooled_quantile_are_those_of_a_jackknife(weight, 
 
     def value(chosen):
         bins = together(*(contacts[i] for i in chosen))
-        return pooled_quantile(shares_of(bins, weight), own[chosen], level).rows
+        return pooled(bins, weight, own[chosen], level)[0]
 
     rows = value(np.arange(n))[:, 0]
     without = np.array([value(np.delete(np.arange(n), i)).mean() for i in range(n)])
