@@ -284,6 +284,8 @@ class Estimate:
         known_parts = (name for name in self.budget if name not in self.unknown)
         sources = [f"{name}: {self.sources[name]}" for name in known_parts]
         why = dict.fromkeys(self.unknown, "no level of the run shows it")
+        if "statistical" in why:
+            why["statistical"] = "too few realizations show it"
         if "bandwidth" in why and "last step" in self.budget:
             why["bandwidth"] = (
                 "the waves above the highest q_c may change more than the last step to it did"
@@ -316,7 +318,7 @@ def unknown_parts(estimates: Iterable[Estimate]) -> list[str]:
 def marks_in_words(shown: Iterable[Estimate], notes: Collection[str] = ()) -> Iterator[str]:
     """Yield a sentence for each mark that a table of estimates has; `notes` as `Estimate.note`."""
     if unknown := unknown_parts(shown):
-        yield f"≥: a part of the error is unknown, as no level of the run shows it ({', '.join(unknown)})."
+        yield f"≥: a part of the error is unknown, as the run does not show it ({', '.join(unknown)})."
     if IDENTITY in notes:
         yield "identity: fixed by force balance; its ratios test nothing."
     if AT_CUT_OFF in notes:

@@ -289,7 +289,7 @@ def budget_table(
                 rows.append({"observable": name, **row})
     notes = [
         f"n = {estimates[0].n} realizations. total error: 95 %, the root of the sum of squares of the parts; "
-        "≥ if one of them is unknown, as no level of the run shows it (–).",
+        "≥ if one of them is unknown, as the run does not show it (–).",
         "finest − mean: the value at the finest level minus the mean.",
     ]
     return table_of(rows, f"{column} contact", notes, names=("observable",))

@@ -171,7 +171,10 @@ def judge(
 def _standing(
     found: dict[str, Estimate], until: dict[str, float]
 ) -> tuple[dict[str, float], str, tuple[tuple[str, str], ...]]:
-    """Return the known error of each target at its worst speed, the largest part of one above, and unknown parts."""
+    """Return the known error of each target at its worst speed, the largest part of one above, and unknown parts.
+
+    Scatter that is unknown, as too few realizations show it, is above.
+    """
     errors = dict[str, float]()
     largest = ""
     for name, goal in until.items():
@@ -185,6 +188,8 @@ def _standing(
         if errors[name] > goal:
             worst = int(np.argmax(total))
             largest = max(parts, key=lambda part: parts[part].flat[worst])
+        elif "statistical" in found[name].unknown:
+            largest = "statistical"
     return errors, largest, tuple((name, part) for name in until for part in found[name].unknown)
 
 
@@ -255,7 +260,8 @@ def _allocation(
     """Return the members by level that reach the relative statistical error `goal`, (speeds,), with the least work.
 
     N_l = √(V_l/C_l) Σ √(V_k C_k) z²/goal², at the speed with the largest N_l; V_l is the variance of a member, C_l its
-    work. z is the quantile for the expected degrees of freedom; if it adds no member, for the present ones.
+    work. z is the quantile for the expected degrees of freedom; if it adds no member, for the present ones. Unknown
+    scatter takes twice the members of the lowest level to show it.
     """
     levels = {
         numerics.stream(level): level for level in numerics.of_column(column) if counts[level]
@@ -283,6 +289,9 @@ def _allocation(
             result[level] = min(ceil(float(wanted.max())), 10**9)
         if any(result[level] > counts[level] for level in result):
             break
+    if "statistical" in found.unknown:
+        lowest = numerics.coarse_levels(column)[0]
+        result[lowest] = max(result[lowest], 2 * counts[lowest])
     return result
 
 

@@ -209,6 +209,10 @@ def test_an_estimate_explains_itself():
     assert "one note" in text
     cut = est.estimate(NAME, values_of(mean_of(0, rows_of(1, 20)), bandwidth=np.nan)).explain()
     assert "bandwidth: unknown: no level of the run shows it; not in these figures" in cut
+    few = replace(
+        found, budget={**found.budget, "statistical": np.full_like(found.mean, np.nan)}
+    ).explain()
+    assert "statistical: unknown: too few realizations show it; not in these figures" in few
 
 
 def test_errors_are_told_in_the_unit_of_the_mean():

@@ -351,3 +351,24 @@ def test_a_level_is_added_to_the_column_that_needs_it():
 
     following = judge(both, {NAME: 0.02}, 400, counts, noisy).next
     assert following == (12, 6, 2, 6, 24, 6, 0, 6)
+
+
+@pytest.mark.parametrize(
+    ("most", "following", "why"),
+    [(400, 96, "statistical"), (48, None, "all realizations are there")],
+)
+def test_unknown_scatter_takes_twice_the_members_of_the_lowest_level(most, following, why):
+    counts = (48, 12, 0, 6)
+    known = totals_of(ONE, SCATTER)
+
+    def totals(observable, column, counts):
+        values, found = known(observable, column, counts)
+        unknown = {**found.budget, "statistical": np.full(1, np.nan)}
+        return values, replace(found, budget=unknown)
+
+    verdict = judge(ONE, {NAME: 0.5}, most, counts, totals)
+    assert verdict.next == (following and (following, *counts[1:]))
+    assert verdict.why == why
+    assert not verdict.met
+    assert verdict.unknown == ((NAME, "statistical"),)
+    assert judge(ONE, {NAME: 0.5}, most, counts, known).met
