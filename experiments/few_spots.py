@@ -2,11 +2,11 @@
 
     python experiments/few_spots.py [--toy] [-o FOLDER] [--runs N] [--cells N] [--evidence]
 
-Six scenes are drawn with a seed, two of them elastic; C(q) ends at the highest cut-off of their runs, and the pixel is
+Nine scenes are drawn with a seed, two of them elastic; C(q) ends at the highest cut-off of their runs, and the pixel is
 that of the reference, so that only scatter and bias are left. The reference puts the pixels of N cells together, each
-with twice the sides of those of a run, and sorts them. "own" are the quantiles of each realization, averaged. Runs in
-FOLDER are not computed again. An interval holds the reference if they are no further apart than both errors (95 %,
-added as squares).
+with twice the sides of those of a run, and sorts them. "own" are the quantiles of each realization, averaged. Runs have
+24 realizations, or 80, by turns; those in FOLDER are not computed again. An interval holds the reference if they are no
+further apart than both errors (95 %, added as squares).
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
 
-SEED = 20261131
-SCENES, PERIODS, CELL, SPEEDS = 6, 6, 2e-3, (0.5, 30.0)
-SHARES = {"50": 0.5, "90": 0.9, "99": 0.99}
+SEED = 20270523  # others were looked at before the rule on unknown scatter was set
+SCENES, PERIODS, CELL, SPEEDS = 9, 6, 2e-3, (0.5, 30.0)
+SHARES = {"50": 0.5, "90": 0.9, "99": 0.99, "999": 0.999}
 NAMES = [f"temperature_quantile_{of}{name}" for of in ("", "area_") for name in SHARES]
 BLOCKS = 10  # of a reference, for its error
 FRICTION, CONDUCTIVITY, DENSITY, HEAT = 0.1, 30.0, 7900.0, 500.0
@@ -226,10 +226,10 @@ def draw(rows: Rows, path: Path) -> None:
 def main() -> None:
     command = Command(__file__, __doc__, "two runs of one scene, of 64² points")
     command.add_argument("--runs", type=int, default=6, help="runs of each scene")
-    command.add_argument("--cells", type=int, default=100, help="cells of a reference")
+    command.add_argument("--cells", type=int, default=200, help="cells of a reference")
     options = command.parse()
     points, most, runs, cells = (
-        (64, 6, 2, 6) if options.toy else (128, 24, options.runs, options.cells)
+        (64, (6, 6), 2, 6) if options.toy else (128, (24, 80), options.runs, options.cells)
     )
     rows = Rows(options.output / "few_spots.json", resume=not options.toy)
     for place, one in enumerate(drawn()[: 1 if options.toy else None]):
@@ -240,7 +240,9 @@ def main() -> None:
             rows.once(
                 "runs",
                 f"{place} {seed}",
-                lambda scene=scene, seed=seed, folder=folder: run_of(scene, seed, most, folder),
+                lambda scene=scene, seed=seed, folder=folder: run_of(
+                    scene, seed, most[seed % 2], folder
+                ),
             )
     numbers = judged(rows, runs)
     draw(rows, options.output / "few_spots.png")
