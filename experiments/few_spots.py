@@ -21,7 +21,7 @@ from script import Command, Row, Rows, write_evidence
 
 import roughsim as rs
 
-SEED = 20270523  # others were looked at before the rule on unknown scatter was set
+SEED = 20270523  # drawn after the rule on unknown scatter was set
 SCENES, PERIODS, CELL, SPEEDS = 9, 6, 2e-3, (0.5, 30.0)
 SHARES = {"50": 0.5, "90": 0.9, "99": 0.99, "999": 0.999}
 NAMES = [f"temperature_quantile_{of}{name}" for of in ("", "area_") for name in SHARES]

@@ -32,9 +32,6 @@ _HOTTER = np.concatenate(  # fraction of the contact area that is hotter than ea
 )
 BIN_AREAS: Array = -np.diff(_HOTTER)  # fraction of the contact area in each bin
 _BISECTIONS = 25  # of the span of all temperatures
-# standard errors of a share, within which 0 and 1 make a quantile unknown: of quantiles that are known by 2 and not by
-# 2.5, 7 of 54 missed a reference, of others 1 of 146
-_FAR_FROM_ENDS = 2.5
 _ROUNDING = 1e-5  # of the mean pressure: a smaller deviation within a bin is rounding
 
 
@@ -175,7 +172,7 @@ def pooled_quantiles(shares: Shares, of_contacts: Array, levels: Array) -> Poole
     A contact of few hot spots has too few for its own highest quantiles, `of_contacts`, (n, speeds, levels), K: their
     mean is biased. The share below the quantile q of all contacts scatters by its standard error e, and q by this
     scatter times its slope between the levels ± 2 e (R.S. Woodruff, J. Am. Stat. Assoc. 47, 635, 1952), unknown if
-    ± 2.5 e leave 0 to 1. The width of the bins errs alike in the quantiles of each contact, which are known without it.
+    these leave 0 to 1. The width of the bins errs alike in the quantiles of each contact, which are known without it.
     """
     coldest, hottest = (shares.temperature[..., k, None] for k in (0, -1))
     of_contact = shares.of_contact[..., None]
@@ -194,8 +191,7 @@ def pooled_quantiles(shares: Shares, of_contacts: Array, levels: Array) -> Poole
     rise = together(high)[1] - together(low)[1]
     slope = np.divide(rise, high - low, out=np.zeros_like(rise), where=high > low)
     by_bins = of_contacts - crossing(shares.colder, levels, coldest, hottest)[1]
-    known = _FAR_FROM_ENDS * error <= np.minimum(levels, 1.0 - levels)
-    return Pooled(pooled + slope * apart + by_bins.mean(axis=0), known)
+    return Pooled(pooled + slope * apart + by_bins.mean(axis=0), (low >= 0.0) & (high <= 1.0))
 
 
 def crossing(

@@ -169,9 +169,9 @@ def test_single_spots_have_the_quantiles_of_a_sample_and_their_error(level):
     assert known.all()
 
 
-@pytest.mark.parametrize(("spots", "known"), [(500, False), (700, True)])
+@pytest.mark.parametrize(("spots", "known"), [(300, False), (500, True)])
 def test_a_quantile_beyond_which_lie_too_few_spots_is_unknown(spots, known):
-    # 99 % + 2.5 √(.99 .01/n) is 1 at n = 619
+    # 99 % + 2 √(.99 .01/n) is 1 at n = 396
     own = of_one_temperature(spots)[:, None]
     shape = np.ones((spots, 1, BIN_AREAS.size))
     for sign, level in (1.0, 0.99), (-1.0, 0.01):
