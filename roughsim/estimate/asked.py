@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughsim.estimate.contacts import Contacts, bins_of, factor_of
+from roughsim.estimate.contacts import Contacts, factor_of
 from roughsim.estimate.errors import estimate
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.reactions import (
@@ -23,6 +23,7 @@ from roughsim.estimate.reactions import (
     mean_over_contact,
 )
 from roughsim.grid import Array
+from roughsim.observables.record import bins_of
 from roughsim.scene import Scene
 from roughsim.scene.reactions import ReactionSection
 from roughsim.table import AT_CUT_OFF, Estimate, concat

@@ -12,8 +12,8 @@ from roughsim.estimate.levels import FLASH
 from roughsim.estimate.mean import Mean
 from roughsim.estimate.sliding import stretched
 from roughsim.grid import Array
-from roughsim.observables.distribution import BIN_AREAS, Bins
-from roughsim.observables.record import Sample
+from roughsim.observables.distribution import BIN_AREAS
+from roughsim.observables.record import Sample, bins_of
 
 # of `form_uncertainty`: at 1, its fall, least and most. Set on 29 contacts that were drawn by chance, tested on 13
 # others (experiments/reactions.py)
@@ -77,15 +77,6 @@ def form_uncertainty(peclet_number: ArrayLike) -> Array:
     """Return how uncertain T/T_flash is by the form of the fields at v h_rms/(D h′), dimensionless."""
     with np.errstate(divide="ignore"):
         return np.clip(_AT_ONE - _PER_E_FOLD * np.log(peclet_number), *_UNCERTAINTIES)
-
-
-def bins_of(sample: Sample) -> Bins:
-    """Return the bins of a sample; ValueError if its members have none."""
-    if sample.bins is None:
-        raise ValueError(
-            "the members of this run have not stored the distribution of the temperature; run it again"
-        )
-    return sample.bins
 
 
 def factor_of(sample: Sample, flash: Mean) -> Array:

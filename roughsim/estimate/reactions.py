@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim import prediction
-from roughsim.estimate.contacts import SETTLED, Contacts, bins_of, factor_of
+from roughsim.estimate.contacts import SETTLED, Contacts, factor_of
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.limit import by_steps
 from roughsim.estimate.mean import Mean, exact, mean_of
@@ -26,7 +26,7 @@ from roughsim.observables.distribution import (
     shares_of,
     two_pressures,
 )
-from roughsim.observables.record import Sample
+from roughsim.observables.record import Sample, bins_of
 from roughsim.scene import Scene
 from roughsim.scene.numerics import SAME
 

@@ -14,7 +14,7 @@ from roughsim.estimate.errors import half_width, spread, widened
 from roughsim.estimate.levels import FLASH
 from roughsim.estimate.mean import Mean, mean_of
 from roughsim.grid import Array
-from roughsim.observables.record import Sample, ratio
+from roughsim.observables.record import Sample, bins_of, ratio
 from roughsim.prediction.sliding import WHOLE, SlidingContinuation
 from roughsim.table import Estimate
 
@@ -179,13 +179,10 @@ def stretched(sample: Sample, stretch: Array) -> Sample:
 
     The level below are the slides as they were followed.
     """
-    if sample.bins is None:
-        raise ValueError(
-            "the slides of this run have not stored the distribution of the temperature; run it again"
-        )
+    bins = bins_of(sample)
     flash = sample.numbers[FLASH][..., None]
-    temperature = flash + stretch[:, None] * (sample.bins.temperature - flash)
-    return replace(sample, bins=sample.bins._replace(temperature=temperature), below=sample)
+    temperature = flash + stretch[:, None] * (bins.temperature - flash)
+    return replace(sample, bins=bins._replace(temperature=temperature), below=sample)
 
 
 def stretch_of(flash: Mean, hot: Mean, lowest: Array) -> Array:

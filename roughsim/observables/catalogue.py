@@ -21,7 +21,7 @@ from roughsim.observables.distribution import (
     pooled_quantiles,
     shares_of,
 )
-from roughsim.observables.record import Measured, Observable, Sample, ratio
+from roughsim.observables.record import Measured, Observable, Sample, bins_of, ratio
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,14 +114,10 @@ def quantile(name: str, weight: str) -> Observable:
 
 def pooled(sample: Sample, stored: str) -> Pooled:
     """Return a quantile over all contacts of a sample together, (n, speeds); of each it is stored by this name."""
-    bins = sample.bins
-    if bins is None:  # of an older version
-        own = sample.numbers[stored]
-        return Pooled(own, np.full(own.shape[1:], True))
     kind, _, name = stored.rpartition("_")
 
     def of_all_levels(sample: Sample) -> Pooled:
-        shares = shares_of(bins, "area" if kind.endswith("_area") else "heat")
+        shares = shares_of(bins_of(sample), "area" if kind.endswith("_area") else "heat")
         own = np.stack([sample.numbers[f"{kind}_{level}"] for level in LEVELS], axis=-1)
         return pooled_quantiles(shares, own, np.array([*LEVELS.values()]))
 

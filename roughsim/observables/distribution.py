@@ -181,10 +181,9 @@ def pooled_quantiles(shares: Shares, of_contacts: Array, levels: Array) -> Poole
         ends = coldest.min(axis=0), hottest.max(axis=0)
         return crossing(lambda t: (of_contact * shares.colder(t)).mean(axis=0), at, *ends)
 
-    below, pooled = together(levels)
-    # one pixel may hold much of a small contact: the share jumps there, and its mean on both sides scatters
-    colder = 0.5 * (shares.colder(below) + shares.colder(pooled))
-    apart = of_contact * (levels - colder)
+    # one pixel may hold much of a small contact: where the share jumps, the side on which it scatters more
+    pooled = np.where(levels > 0.5, *together(levels))
+    apart = of_contact * (levels - shares.colder(pooled))
     apart -= apart.mean(axis=0)
     error = np.sqrt((apart**2).sum(axis=0) / (len(apart) * max(len(apart) - 1, 1)))
     low, high = levels - 2.0 * error, levels + 2.0 * error

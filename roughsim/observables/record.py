@@ -85,6 +85,15 @@ class Sample:
         return made
 
 
+def bins_of(sample: Sample) -> Bins:
+    """Return the bins of a sample; ValueError if its members have none."""
+    if sample.bins is None:
+        raise ValueError(
+            "the members of this run have not stored the distribution of the temperature; run it again"
+        )
+    return sample.bins
+
+
 @dataclass(frozen=True, slots=True)
 class Observable:
     """A quantity of a contact. Every run estimates it with its errors and sets it beside the theory."""

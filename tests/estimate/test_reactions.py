@@ -8,7 +8,7 @@ import pytest
 import scipy
 from ladder_cases import NAME, ladder, lowest, part_of
 
-from roughsim.estimate.contacts import Contacts, bins_of, factor_of
+from roughsim.estimate.contacts import Contacts, factor_of
 from roughsim.estimate.errors import spread
 from roughsim.estimate.levels import PIXEL_FALL
 from roughsim.estimate.mean import Mean
@@ -21,6 +21,7 @@ from roughsim.estimate.reactions import (
     mean_over_contact,
 )
 from roughsim.observables.distribution import BIN_AREAS, Bins, binned
+from roughsim.observables.record import bins_of
 
 EV = 1.602176634e-19
 SCENE = SimpleNamespace()  # the predictions of `foretold` read no scene
