@@ -65,6 +65,7 @@ evidence: ## every file of docs/evidence, then tables and figures; goes on after
 	$(MEASURE) experiments/reactions.py --evidence
 	$(MEASURE) experiments/worked_reactions.py --evidence
 	$(MEASURE) experiments/few_spots.py --evidence
+	$(MEASURE) experiments/few_spots_seen.py --evidence
 	$(MEASURE) experiments/sliding_reactions.py --evidence
 	$(MEASURE) experiments/two_bodies_points.py --evidence
 	$(MEASURE) experiments/sliding_distance.py --evidence
