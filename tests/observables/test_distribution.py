@@ -5,6 +5,7 @@ import pytest
 import scipy
 
 import roughsim as rs
+from roughsim.observables import catalogue
 from roughsim.observables.distribution import (
     BIN_AREAS,
     LEVELS,
@@ -15,6 +16,7 @@ from roughsim.observables.distribution import (
     two_pressures,
     weighted_quantiles,
 )
+from roughsim.observables.record import Sample
 from roughsim.observables.temperatures import SlideFromRest, temperature_distribution
 
 P = np.array([*LEVELS.values()])
@@ -137,6 +139,20 @@ def test_quantiles_of_two_contacts_together_are_closed(weight, cold, level):
     rows, _ = pooled(bins, weight, np.array([[level], [1.0 + level]]), level)
     exact = level / cold if level < cold else 1.0 + (level - cold) / (1.0 - cold)
     assert rows.mean(axis=0) == pytest.approx(exact, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["temperature_quantile_", "sliding_temperature_quantile_"])
+def test_a_sample_pools_quantiles_by_heat_and_by_area_under_their_names(kind):
+    bins = together(even(0.0, 1e9), even(1.0, 3e9))
+    own = {name: np.array([[level], [1.0 + level]]) for name, level in LEVELS.items()}
+    numbers = {f"{kind}{of}{name}": rows for of in ("", "area_") for name, rows in own.items()}
+    nothing = np.empty((2, 0))
+    sample = Sample(1.0, 8.0, np.arange(2), numbers, np.empty(0), nothing, 1.0, bins=bins)
+    for of, cold in ("", 0.5), ("area_", 0.75):
+        for name, level in LEVELS.items():
+            exact = level / cold if level < cold else 1.0 + (level - cold) / (1.0 - cold)
+            rows, _ = catalogue.pooled(sample, f"{kind}{of}{name}")
+            assert rows.mean() == pytest.approx(exact, abs=2e-3)
 
 
 @pytest.mark.parametrize("weight", ["heat", "area"])
