@@ -71,8 +71,6 @@ EQUAL: tuple[tuple[str, str], ...] = (
         "theory/background.py",
         "quad(flux, low, high, epsabs=0.0, epsrel=_ACCURACY / 10, limit=500, full_output=1)",
     ),
-    # the last pressure of a shell and the first of the next, which it uncouples, are those of no place
-    ("theory/scattering.py", "blocks = np.tile(np.append(next_to_it, 0.0), mean.size)[:-1]"),
     # a tolerance below rounding stops at rounding
     ("theory/hardness.py", "accuracy = 1e-12 * max(abs(start), 1.0)"),
     # at the last temperature both refuse

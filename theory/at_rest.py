@@ -164,10 +164,10 @@ def _laid(diffusion: Diffusion, shares: Shares, sides: Array) -> Array:
     sides = np.where(coarse, sides, 0.0)
     edges = np.log(diffusion.wavenumber)
     shell = np.searchsorted(edges, shares.grid, side="right") - 1  # of each Q, −1 before all
-    weight, diagonal, next_to_it = backwards(diffusion.growth, diffusion.gap)
+    steps = backwards(diffusion.growth, diffusion.gap)
     strength = np.zeros((inner.shape[1], shell.size))
     for i in range(local.size - 1, -1, -1):
-        strength = carried_back(strength, weight[i], diagonal[i], next_to_it)
+        strength = carried_back(strength, steps[i])
         strength += np.outer(diffusion.growth[i, 1:-1], sides[i])
         here = shell == i
         inner[i + 1] += strength[:, here].sum(axis=1)

@@ -43,6 +43,7 @@ _SMOOTHED = 3e-3  # the walls start smoothed by the waves of the last .3 % of an
 _FIRST = 8.0
 _FINE = 400  # points of the tables a piece between breaks
 _GAMMA = 1 - 1 / sqrt(2)  # Rosenbrock's second-order step that damps all stiff modes
+_Matrix = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,8 +228,8 @@ def between_shells(square: Array, variance: Array) -> Array:
     return np.where(square[:-1] > 0.0, mean * fall, 0.0)
 
 
-def forwards(growth: Array, gap: Array) -> list[tuple[Array, Array, Array]]:
-    """Return for each row of ∫ κ² dv the diagonals of L − 1 − i, from the lowest; L spreads the probability by it."""
+def forwards(growth: Array, gap: Array) -> list[_Matrix]:
+    """Return the diagonals of L − 1 − i, from the lowest, for each row of ∫ κ² dv: L spreads the probability by it."""
     both = gap[1:] + gap[:-1]
     up, down = (np.pad(1 / (each * both), 1) for each in (gap[1:], gap[:-1]))
     below = (growth * up)[:, :-1] + 0j
@@ -237,7 +238,7 @@ def forwards(growth: Array, gap: Array) -> list[tuple[Array, Array, Array]]:
     return list(zip(below, diagonal, above, strict=True))
 
 
-def diffused(values: Any, matrix: tuple[Array, Array, Array]) -> Any:
+def diffused(values: Any, matrix: _Matrix) -> Any:
     """Return `values`, (pressures, ...), after the pressure has spread by one of the matrices of `forwards`.
 
     (1 − L + L²/2)⁻¹ is the difference of two complex solves, conjugate to each other for real values.
@@ -250,21 +251,22 @@ def diffused(values: Any, matrix: tuple[Array, Array, Array]) -> Any:
     return -1j * (first - second)
 
 
-def backwards(growth: Array, gap: Array) -> tuple[Array, Array, Array]:
-    """Return w, and of the matrices w (1 − L) the diagonal and what stands beside it, for each row of ∫ κ² dv.
+def backwards(growth: Array, gap: Array) -> list[_Matrix]:
+    """Return w, and the diagonals of w (1 − L), for each row of ∫ κ² dv: L is the adjoint of that of `forwards`.
 
-    L is the adjoint of that of `forwards`, between the walls; w makes it symmetric.
+    It is between the walls; w makes it symmetric.
     """
     weight = (gap[1:] + gap[:-1]) / growth[:, 1:-1]
     diagonal = weight + (1 / gap[1:] + 1 / gap[:-1])
-    return weight, diagonal, -1 / gap[1:-1]
+    beside = -1 / gap[1:-1]
+    return [(*both, beside) for both in zip(weight, diagonal, strict=True)]
 
 
-def carried_back(values: Array, weight: Array, diagonal: Array, next_to_it: Array) -> Array:
+def carried_back(values: Array, matrix: _Matrix) -> Any:
     """Return the mean of `values`, (pressures between the walls, ...), given the pressure one implicit step before.
 
     It is of the first order, for values that vanish at the walls, by one of the matrices of `backwards`.
     """
-    return np.asarray(
-        scipy.linalg.lapack.dptsv(diagonal, next_to_it, (weight * values.T).T, overwrite_b=True)[2]
-    )
+    weight, diagonal, beside = matrix
+    weighted = (weight * values.T).T
+    return scipy.linalg.lapack.dptsv(diagonal, beside, weighted, overwrite_b=True)[2]

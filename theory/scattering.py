@@ -116,23 +116,16 @@ def beside(x: Array, own: Array, share: Array, grid: Array) -> Array:
     rows = np.arange(x.size)
     lies = np.zeros((x.size, count))  # all the pressure of a shell
     lies[rows, low], lies[rows, low + 1] = 1 - part, part
-    # waves of the shell itself are modulated like the waves of the shell before
-    by = np.tril(share, -1)
-    by[rows, np.maximum(rows - 1, 0)] += share.diagonal()
-    whole = by.sum(axis=1)
     result = np.zeros((x.size, count))
     for i in range(x.size):
         end = min(low[i] + _FURTHER, count)  # hardly a sum of waves up to q is longer
-        waves = by[i, : i + 1] @ lies[: i + 1, :end]
-        start = count - low[i]
-        near = waves @ table[start : start + end, start : start + end]
-        start -= 1
-        further = waves @ table[start : start + end, start : start + end]
-        here = (1 - part[i]) * near + part[i] * further
-        here[0] += whole[i] - here.sum()  # the part below the grid
-        result[i, :end] = here
-        lies[i] *= own[i]
-        lies[i, :end] += here
+        # waves of the shell itself are modulated like the waves of the shell before
+        waves = share[i, :i] @ lies[:i, :end] + share[i, i] * lies[max(i - 1, 0), :end]
+        for bin_of_q, weight in ((low[i], 1 - part[i]), (low[i] + 1, part[i])):
+            start = count - bin_of_q
+            result[i, :end] += weight * (waves @ table[start : start + end, start : start + end])
+        result[i, 0] += waves.sum() - result[i].sum()  # the part below the grid
+        lies[i] = own[i] * lies[i] + result[i]
     return result
 
 
@@ -164,19 +157,16 @@ def stiffness_variance(diffusion: Diffusion) -> Array:
     here, there = middle(stiffness), middle(probability)
     square = np.einsum("ij,ij->i", there, here**2)
     mean = np.einsum("ij,ij->i", there, here)
-    # from the middle of each shell to its lower end, with all shells in one matrix
-    weight, diagonal, next_to_it = backwards(diffusion.growth / 2, diffusion.gap)
-    blocks = np.tile(np.append(next_to_it, 0.0), mean.size)[:-1]
-    ends = carried_back(here.ravel(), weight.ravel(), diagonal.ravel(), blocks)
-    carried = ends.reshape(here.shape).T
-    weight, diagonal, next_to_it = backwards(diffusion.growth, diffusion.gap)
+    from_middle, steps = (
+        backwards(growth, diffusion.gap) for growth in (diffusion.growth / 2, diffusion.growth)
+    )
+    carried = np.empty(here.shape).T
     result = np.repeat(square[:, None], mean.size + 1, axis=1)
     for i in range(mean.size - 1, -1, -1):
+        carried[:, i] = carried_back(here[i], from_middle[i])
         result[i:, i] = probability[i] @ carried[:, i:] ** 2
         if i:
-            carried[:, i:] = carried_back(
-                carried[:, i:], weight[i - 1], diagonal[i - 1], next_to_it
-            )
+            carried[:, i:] = carried_back(carried[:, i:], steps[i - 1])
     return np.maximum.accumulate(np.maximum(result - mean[:, None] ** 2, 0.0), axis=1)
 
 

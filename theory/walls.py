@@ -108,15 +108,12 @@ def yield_wavenumber(
 def _half_variance_at(share: float, s: float, rest: float) -> float:
     """Return the G/σ_P² at which A_el/(A_el + A_pl) is `share`."""
 
-    def excess(log_g: ArrayLike) -> Array:
-        g = np.exp(np.atleast_1d(log_g))
-        elastic, plastic = between(min(s, rest), g), reached(s, rest, g)
+    def excess(log_g: float) -> float:
+        g = np.exp(np.array([log_g]))
+        elastic, plastic = float(between(min(s, rest), g)[0]), float(reached(s, rest, g)[0])
         return elastic / (elastic + plastic) - share
 
-    tried = np.linspace(log(1e-30), log(70.0), 200)
-    first = int(np.argmax(excess(tried) <= 0.0))
-    low, high = tried[first - 1 : first + 1]
-    return exp(root(lambda log_g: float(excess(log_g)[0]), low, high, accuracy=1e-14))
+    return exp(root(excess, log(1e-30), log(70.0), accuracy=1e-14))
 
 
 def half_variance_of(share: float, variance: float) -> float:
