@@ -1,6 +1,6 @@
 """Tables of the theory, of its error and of the error budget of a run; the theory as JSON values."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -267,7 +267,7 @@ def _errors_at(known: Trust, name: str, places: Sequence[float | None]) -> list[
 def budget_table(
     run: Run,
     column: str,
-    speeds: Sequence[int] | None = None,
+    speeds: Collection[int] | None = None,
     observables: Sequence[str] | None = None,
 ) -> Table:
     """Return observables of a column, by default all, with the parts of their errors, a row per speed.

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from roughsim.comparison.tables import budget_table
 from roughsim.ensemble.status import at_work, losses, seconds_left, state_line
 from roughsim.outputs.opened import Folder, opened
@@ -59,14 +61,21 @@ def status(run: Folder) -> Status:
         *losses(record),
     ]
     if record.independent:  # there is a sound member
-        names = list(dict.fromkeys((*record.until, "flash_temperature")))
-        for name in names:
+        worst = {}  # speeds at which targets are judged, by observable
+        for name in dict.fromkeys((*record.until, "flash_temperature")):
             estimate = record.estimate(name)
+            scale = np.where(estimate.mean == 0.0, np.inf, np.abs(estimate.mean))
+            error = np.nan_to_num(estimate.total_error, posinf=0.0) / scale
+            worst[name] = int(np.unravel_index(error.argmax(), error.shape)[-1])
             parts = ("mean", "half_width", "total_error", "unknown", "bias")
             values["estimates"][name] = {
                 part: json_value(getattr(estimate, part)) for part in parts
             }
-        lines += str(budget_table(record, record.column(None), observables=names)).splitlines()
+        table = budget_table(record, record.column(None), {*worst.values()}, [*worst])
+        lines += [
+            *str(table).splitlines(),
+            "Of several speeds the worst; explain() of an estimate has all.",
+        ]
         lines += [note for note in estimate.notes if not note.startswith("speeds ")]
         lines += record.needed_size()
     return Status("\n".join(lines), values)

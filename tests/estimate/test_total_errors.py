@@ -138,8 +138,10 @@ def test_status_and_the_budget_of_explore_print_total_errors(partial):
     moving = [as_printed(found.mean[k], found.total_error[k], found.unknown_at(k)) for k in (1, 2)]
     lines = str(rs.status(partial)).splitlines()
     budget = table_text(budget_table(partial, "capped"))
-    for text in moving:
-        assert any(text in line for line in lines)
+    shares = found.total_error[1:] / found.mean[1:]
+    assert shares[0] != shares[1]
+    for text, share in zip(moving, shares, strict=True):
+        assert any(text in line for line in lines) == (share == shares.max())
         assert f" {text} " in budget
     titled = [*moving, "mean ± total"]
     assert all("±" not in line or any(text in line for text in titled) for line in lines)
