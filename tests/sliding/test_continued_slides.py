@@ -111,7 +111,7 @@ REFUSED = {
     ),
     "on a flat face": (
         *("8 mm", "2e-3", (POOR[0], NEARLY_FLAT.replace("RMS", "0.19"))),
-        r"over 95% of C\(q\) is on the moving face, .* leave out followed$",
+        r"over 95 % of C\(q\) is on the moving face, .* leave out followed$",
     ),
     "outside the law": (
         "8 mm",

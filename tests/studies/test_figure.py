@@ -14,7 +14,9 @@ def at_rest(small, tmp_path_factory):
     return rs.study(scene, vary={"sliding.friction_coefficient": [0.1, 0.2]}, folder=folder)
 
 
-@pytest.mark.filterwarnings("error", "ignore::roughsim.show.text.SceneWarning")
+@pytest.mark.filterwarnings(
+    "error::RuntimeWarning", "error::UserWarning", "ignore::roughsim.show.text.SceneWarning"
+)
 @pytest.mark.parametrize("observable", ["slope_length", "flash_gradient"])
 def test_figures_leave_out_what_is_infinite_and_have_errors_of_what_is_negative(
     at_rest, tmp_path, observable
