@@ -188,17 +188,15 @@ def _older(
 def _exceeded(field: Field, spread: float) -> float:
     """Return what `EXCEEDED` of a field exceeds with a normally distributed number of this standard deviation added."""
     hottest = float(np.quantile(field, 1.0 - EXCEEDED))
-    low = float(field.min())
-    high = float(field.max())
-    if spread <= 1e-3 * (high - low):
+    if spread <= 1e-3 * np.ptp(field):
         return hottest
-    counts, edges = np.histogram(field, _BINS, (low, high))
+    counts, edges = np.histogram(field, _BINS)
     middles = (edges[:-1] + edges[1:]) / 2
 
     def colder(temperature: Array) -> Array:
         return counts @ ndtr((temperature - middles) / spread) / field.size
 
-    ends = np.array([hottest - 3 * spread, high + 3 * spread])
+    ends = np.array([hottest - 3 * spread, edges[-1] + 3 * spread])
     return float(crossing(colder, 1.0 - EXCEEDED, *ends)[1])
 
 

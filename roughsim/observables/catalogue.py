@@ -54,7 +54,7 @@ def radius(sample: Sample, fraction: float) -> Array:
 
     q = sample.wavenumber
     mean = sample.spectrum.mean(axis=0)
-    r = float(sample.kept(f"r({fraction})", lambda s: _crossing(s, fraction))[0])
+    r = sample.kept(f"r({fraction})", lambda s: _crossing(s, fraction))
     if not np.isfinite(r):
         return np.full((len(sample.spectrum), 1), np.nan)
     slope = -float((mean * q) @ j1(q * r))
@@ -62,19 +62,18 @@ def radius(sample: Sample, fraction: float) -> Array:
     return (r - excess / slope)[:, None]
 
 
-def _crossing(sample: Sample, fraction: float) -> Array:
-    """Return the smallest r with g(r) = fraction·g(0), (1,), searched from the r of the next larger fraction on."""
+def _crossing(sample: Sample, fraction: float) -> float:
+    """Return the smallest r with g(r) = fraction·g(0), searched from the r of the next larger fraction on."""
     from roughsim.observables.stress_spectrum import StressSpectrum  # slow to import
 
     larger = min((other for other in _FRACTIONS if other > fraction), default=None)
     start = 0.0
     if larger is not None:
-        found = sample.kept(f"r({larger})", lambda s: _crossing(s, larger))
-        start = float(found[0])
+        start = sample.kept(f"r({larger})", lambda s: _crossing(s, larger))
     if not np.isfinite(start):
-        return np.array([np.nan])
+        return start
     mean = StressSpectrum(sample.wavenumber, sample.spectrum.mean(axis=0), sample.reach)
-    return np.array([mean.correlation_radius(fraction, start=start)])
+    return mean.correlation_radius(fraction, start=start)
 
 
 def correlation_radius(percent: int) -> Observable:
@@ -121,9 +120,8 @@ def pooled(sample: Sample, stored: str) -> Pooled:
         own = np.stack([sample.numbers[f"{kind}_{level}"] for level in LEVELS], axis=-1)
         return pooled_quantiles(shares, own, np.array([*LEVELS.values()]))
 
-    rows, known = sample.kept(kind, of_all_levels)
     place = list(LEVELS).index(name)
-    return Pooled(rows[..., place], known[..., place])
+    return Pooled(*(part[..., place] for part in sample.kept(kind, of_all_levels)))
 
 
 def of_slide(name: str, unit: str, stored: str, *, asked: str = "") -> Observable:

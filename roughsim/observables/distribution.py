@@ -127,27 +127,22 @@ def areas_of(bins: Bins) -> Array:
 class Shares(NamedTuple):
     """Distribution functions of the temperature of contacts by heat or area, linear between the middles of bins."""
 
-    temperature: Array  # of bins, ascending, K, (n, speeds, bins)
-    below: Array  # share of a contact below the middle of each bin
+    temperature: Array  # of bins, ascending, K, the first and the last twice, (n, speeds, bins + 2)
+    below: Array  # share of a contact below the middle of each bin, from 0 to 1
     of_contact: Array  # heat or area of each contact over the mean of all, (n, speeds)
 
     def colder(self, temperature: Array) -> Array:
-        """Return the share of each contact that is colder than temperatures, K, (speeds, any) or (n, speeds, any).
+        """Return the share of each contact, (n, speeds, any), that is colder than temperatures, K.
 
-        The result is (n, speeds, any): 0 below all bins and 1 above all; NaN of unknown temperatures.
+        They are (speeds, any) or (n, speeds, any). NaN of contacts of unknown temperatures.
         """
         place = (self.temperature[..., None, :] <= temperature[..., None]).sum(axis=-1)
-        last = self.temperature.shape[-1] - 1
-        ends = np.maximum(place - 1, 0), np.minimum(place, last)
+        ends = np.maximum(place - 1, 0), np.minimum(place, self.temperature.shape[-1] - 1)
         start, end = (np.take_along_axis(self.temperature, k, axis=-1) for k in ends)
         below, above = (np.take_along_axis(self.below, k, axis=-1) for k in ends)
         # bins of one temperature ascend but for rounding
-        part = np.divide(
-            temperature - start, end - start, out=np.zeros_like(start), where=end > start
-        )
-        between = below + (above - below) * np.clip(part, 0.0, 1.0)
-        between = np.where(place > last, 1.0, between)
-        return np.where(place == 0, 0.0 * start, between)
+        part = np.divide(temperature - start, end - start, out=0.0 * start, where=end > start)
+        return below + (above - below) * np.clip(part, 0.0, 1.0)
 
 
 def shares_of(bins: Bins, weight: str) -> Shares:
@@ -155,8 +150,13 @@ def shares_of(bins: Bins, weight: str) -> Shares:
     weights = areas_of(bins) * (bins.pressure if weight == "heat" else 1.0)
     total = np.cumsum(weights, axis=-1)
     below = (total - 0.5 * weights) / total[..., -1:]
+    ends = (0, 0), (0, 0), (1, 1)
     of_contact = weights.sum(axis=-1)
-    return Shares(bins.temperature, below, of_contact / of_contact.mean(axis=0))
+    return Shares(
+        np.pad(bins.temperature, ends, "edge"),
+        np.pad(below, ends, constant_values=(0.0, 1.0)),
+        of_contact / of_contact.mean(axis=0),
+    )
 
 
 class Pooled(NamedTuple):

@@ -141,8 +141,7 @@ def of_level(scene: Scene, record: Observable, sample: Sample) -> Array:
     from roughsim.observables import camera
 
     formula = camera.seen_rms if record.name == "seen_rms" else camera.seen_width
-    values: Array = sample.kept(record.name, lambda one: formula(one, camera_of(scene)))
-    return values
+    return sample.kept(record.name, lambda one: formula(one, camera_of(scene)))
 
 
 def side_of(diagonal: float, lay: float = 1.0) -> float:

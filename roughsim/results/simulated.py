@@ -30,7 +30,7 @@ from roughsim.estimate.sliding import (
 )
 from roughsim.grid import Array
 from roughsim.observables.catalogue import ASKED_BY, CAMERA, DISTRIBUTION, OBSERVABLES, pooled
-from roughsim.observables.record import Sample
+from roughsim.observables.distribution import Pooled
 from roughsim.prediction.sliding import SlidingContinuation
 from roughsim.results import share
 from roughsim.results.means import Means
@@ -75,7 +75,7 @@ class Single:
                 notes = *notes, share.NOTE
         found = estimate(observable, values, notes, self.scene.speeds)
         if OBSERVABLES[observable].asked == DISTRIBUTION:
-            found = _where_known(found, self.run.samples(self.name)[0], observable)
+            found = _where_known(found, pooled(self.run.samples(self.name)[0], observable))
         return found
 
     def contact_temperature(self, found: Callable[[str], Estimate]) -> Estimate:
@@ -110,10 +110,10 @@ class Single:
         )
 
 
-def _where_known(found: Estimate, sample: Sample, stored: str) -> Estimate:
+def _where_known(found: Estimate, quantile: Pooled) -> Estimate:
     """Return the estimate of a quantile, its scatter unknown where too few contacts are hotter, or colder."""
     statistical = found.budget["statistical"]
-    known = pooled(sample, stored).known | (statistical == 0.0)  # exact at rest
+    known = quantile.known | (statistical == 0.0)  # exact at rest
     budget = {**found.budget, "statistical": np.where(known, statistical, np.nan)}
     return replace(found, budget=budget)
 
@@ -173,13 +173,13 @@ class Slid:
             single = Single(self.run, None).estimate(observable, all_heat=True)
             return sliding_estimate(observable, single, numbers, self._coarsening, self._continued)
         flash, stretch = self._flash()
-        rows = pooled(self.slides, f"sliding_{observable}").rows
-        values = sliding_quantile(flash, rows, self.slides, stretch)
+        quantile = pooled(self.slides, f"sliding_{observable}")
+        values = sliding_quantile(flash, quantile.rows, self.slides, stretch)
         values = values.with_errors(**self.run.scan_part(observable))
         many = len(self.slides.rows)
         note = f"T_flash of the column sliding, times this quantile over T_flash in {many} slides"
         found = estimate(observable, values, (note,), self.scene.speeds)
-        return _where_known(found, self.slides, f"sliding_{observable}")
+        return _where_known(found, quantile)
 
     def contact_temperature(self, found: Callable[[str], Estimate]) -> Estimate:
         """Return T₀ + T_flash over speed; `found` has the estimates of this column by name."""
