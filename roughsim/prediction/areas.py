@@ -57,6 +57,7 @@ def computed(scene: Scene) -> Scene:
     )
 
 
+@lru_cache(maxsize=256)  # 2 ms for each plan, and each list of warnings
 def yield_wavenumber(scene: Scene) -> float:
     """Return q_y, rad/m, at which 1 % of the theory's contact is still elastic; infinite if C(q) ends before."""
     return float(theory.plasticity.yield_wavenumber(scene.spectrum, **pressure_arguments(scene)))

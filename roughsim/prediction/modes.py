@@ -22,7 +22,7 @@ from roughsim.prediction.theories import OVER_SPEED, over_speed
 from roughsim.prediction.values import Predicted
 from roughsim.scene import Scene
 from roughsim.scene.bodies import Layers
-from roughsim.surface.modes import check_resolved, mean_over_cells, mode_variance
+from roughsim.surface.modes import check_resolved, holding, mean_over_cells, mode_variance
 from roughsim.surface.spectrum import Spectrum, TruncatedSpectrum
 from theory.arguments import density
 from theory.picture import erfc_root
@@ -138,7 +138,8 @@ def _mode_stress(scene: Scene, spectrum: Spectrum, grid: Grid) -> tuple[Array, A
     check_resolved(spectrum, grid)
     weight, fine = _weight(scene, spectrum), 2 * pi / max(grid.lengths)
     dense, end = _dense(spectrum, grid), spectrum.breaks[-1]
-    (qx, qy), of_modes = _roughness_of_modes(weight, TruncatedSpectrum(spectrum, dense), grid)
+    modes = spectrum if dense >= end else TruncatedSpectrum(spectrum, dense)
+    (qx, qy), of_modes = _roughness_of_modes(weight, modes, grid)
     q, ring = np.unique(np.hypot(qx, qy), return_inverse=True)
     roughness = np.bincount(ring, of_modes).astype(np.float64)
     if dense < end:
@@ -180,7 +181,7 @@ def _sums_of_waves(scene: Scene, spectrum: Spectrum, grid: Grid) -> Array:
     of_stress, whole = theirs.stress_spectrum, cast("Any", scene.spectrum)
     end, dense = float(spectrum.breaks[-1]), _dense(spectrum, grid)
     cut = whole.truncated(q_max=min(dense, end))
-    grid = _holding(cut, grid)
+    grid = holding(cut, grid)
     variance = mode_variance(cut, grid)
     modes = modes_where(grid, variance > 0.0)
     qx, qy = (part[modes.chosen] for part in np.broadcast_arrays(*grid.wavevectors))
@@ -243,20 +244,11 @@ def _rate(scene: Scene, speeds: Array) -> Array:
     return rate
 
 
-def _holding(spectrum: Spectrum, grid: Grid) -> Grid:
-    """Return a coarser grid that holds all modes of a spectrum, too."""
-    x, y = (
-        min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
-        for points, length in zip(grid.shape, grid.lengths, strict=True)
-    )
-    return Grid((x, y), grid.lengths)
-
-
 def _roughness_of_modes(
     weight: Callable[[Array], Array], spectrum: Spectrum, grid: Grid
 ) -> tuple[tuple[Array, Array], Array]:
     """Return the wavevectors of the modes of a grid on half the plane, rad/m, and their C in m², times W."""
-    grid = _holding(spectrum, grid)
+    grid = holding(spectrum, grid)
     variance = mode_variance(spectrum, grid)
     modes = modes_where(grid, variance > 0.0)
     q, ring = np.unique(modes.wavenumber, return_inverse=True)

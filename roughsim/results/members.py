@@ -248,12 +248,13 @@ class Members(dict[Key, Member]):
         wavenumber = next((one.wavenumber for one in found if one), np.empty(0))
         nothing = StoredMoments({}, wavenumber, np.full(wavenumber.size, np.nan))
         stored = [one or nothing for one in found]
-        numbers = {}
-        for name, record in NUMBERS.items():
-            missing = np.full(len(self.speeds) if record.per_speed else 1, np.nan)
-            numbers[name] = np.array([one.numbers.get(name, missing) for one in stored]).reshape(
-                -1, missing.size
-            )
+        missing = np.full((rows.size, len(self.speeds)), np.nan)
+        numbers = {
+            name: missing if one.per_speed else missing[:, :1] for name, one in NUMBERS.items()
+        }
+        for name in {name for one in stored for name in one.numbers} & NUMBERS.keys():
+            absent = numbers[name][0]
+            numbers[name] = np.array([one.numbers.get(name, absent) for one in stored])
         return Sample(
             of_level.q_max,
             float(grid.shape[0]),

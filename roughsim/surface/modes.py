@@ -2,8 +2,10 @@
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import is_dataclass
+from functools import lru_cache
 from itertools import pairwise, product
-from math import hypot, pi
+from math import ceil, hypot, pi
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,20 @@ _NEAR = 16.0  # cells closer to the origin than this many mode spacings are inte
 # a spectrum with more breaks is a table: its kinks are mild, only its jumps are sharp
 _MANY_BREAKS = 16
 _LEAST_SHARE = 1e-12  # of a mode in a directed spectrum
+
+
+def remembered(find: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a function remember 16 results, as the dozen of a run come in turn: of frozen records, and parts of them."""
+    kept = lru_cache(maxsize=16)(find)
+
+    def found(spectrum: Spectrum, grid: Grid) -> Any:
+        whole: Any = spectrum
+        while hasattr(whole, "whole"):
+            whole = whole.whole
+        fixed = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
+        return (kept if fixed else find)(spectrum, grid)  # type: ignore[arg-type]
+
+    return found
 
 
 def check_resolved(spectrum: Spectrum, grid: Grid) -> None:
@@ -45,17 +61,18 @@ def mode_variance(spectrum: Spectrum, grid: Grid) -> Array:
             f"q_min = {q_min:.4g} rad/m lies below {lowest:.4g} rad/m, the lower end of the modes of the cell: "
             f"roughness of longer waves is left out; enlarge the cell to keep it",
             RuntimeWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     with np.errstate(invalid="ignore"):
         # an infinite C(q) times an empty part of a cell: refused below
-        quadrant = _quadrant(spectrum, grid)
-    if not ((quadrant >= 0) & np.isfinite(quadrant)).all():
+        held = _quadrant(spectrum, holding(spectrum, grid))
+    if not ((held >= 0) & np.isfinite(held)).all():
         raise ValueError(
             f"spectrum = {spectrum!r} must give C(q) finite and ≥ 0 between its breaks"
         )
+    beyond = [(0, n // 2 + 1 - m) for n, m in zip(grid.shape, held.shape, strict=True)]
     rows = np.arange(grid.shape[0])
-    variance = quadrant[np.minimum(rows, grid.shape[0] - rows)]
+    variance = np.pad(held, beyond)[np.minimum(rows, grid.shape[0] - rows)]
     if getattr(spectrum, "directed", False):
         directed = variance * _directed_share(spectrum, grid, variance > 0.0)
         # their sum is kept, to more digits than the shares have
@@ -124,6 +141,16 @@ def mean_over_cells(
     return weighted / whole
 
 
+def holding(spectrum: Spectrum, grid: Grid) -> Grid:
+    """Return the grid, or the coarsest one of its cell that holds all modes of a spectrum below its Nyquist modes."""
+    x, y = (
+        min(points, 2 * ceil(spectrum.breaks[-1] * length / (2 * pi) + 1))
+        for points, length in zip(grid.shape, grid.lengths, strict=True)
+    )
+    return Grid((x, y), grid.lengths)
+
+
+@remembered  # .02 s for each further grid of a cell, and for a sum over its modes, if C(q) is smoothed by yielding
 def _quadrant(spectrum: Spectrum, grid: Grid) -> Array:
     """Cell integrals for k_x, k_y ≥ 0, with the Nyquist rows counted for both signs."""
     nx, ny = grid.shape

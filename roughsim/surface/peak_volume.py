@@ -12,7 +12,6 @@ At each point h is a sum of independent a cos φ with random phases φ, one of e
 Modes that are their own conjugate have only a sign by chance: cosh(a s) takes the place of I₀(a s).
 """
 
-from functools import lru_cache
 from math import erf, pi, sqrt
 from statistics import NormalDist
 from typing import NamedTuple
@@ -20,8 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from roughsim.grid import Array, Complex, Grid
+from roughsim.surface.modes import remembered
 from roughsim.surface.spectrum import Spectrum
-from roughsim.surface.synthesis import remembered_modes
+from roughsim.surface.synthesis import independent_modes
 
 MOST_SHARE = 0.45  # beyond, the level is no longer near the peaks
 LEAST_SHARE = 1e-4
@@ -65,7 +65,7 @@ def peak_volume(
     float
         Zero for a flat surface.
     """
-    point = heights_at_a_point(spectrum, grid)  # type: ignore[arg-type]
+    point = heights_at_a_point(spectrum, grid)
     if point.rms_slope == 0.0:
         return 0.0
     share = expected_share(point.rms_slope, load, hardness)
@@ -97,11 +97,10 @@ def mean_above(level: float, point: HeightsAtAPoint) -> float:
     return float(np.sum(terms.real)) * STEP / pi
 
 
-# .01 s for each member, as long as the smallest contacts take; as many as `remembered_modes`
-@lru_cache(maxsize=16)
+@remembered  # .01 s for each member, as long as the smallest contacts take
 def heights_at_a_point(spectrum: Spectrum, grid: Grid) -> HeightsAtAPoint:
     """Return how the heights of surfaces with fixed amplitudes are distributed at any point."""
-    modes = remembered_modes(spectrum, grid)  # type: ignore[arg-type]
+    modes = independent_modes(spectrum, grid)
     phased = np.full(modes.place.shape, True)
     phased[modes.real] = False
     amplitude = np.where(phased, 2.0, 1.0) * modes.deviation

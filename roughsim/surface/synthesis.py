@@ -5,9 +5,6 @@ gives the same surface on every grid: a finer grid or a higher q_max only adds m
 Nyquist mode stands for two modes of a finer grid and equals neither; a spectrum that ends below it has none.)
 """
 
-from collections.abc import Callable
-from dataclasses import is_dataclass
-from functools import lru_cache
 from math import pi
 from typing import Literal, NamedTuple
 
@@ -16,7 +13,7 @@ from numpy.typing import NDArray
 
 from roughsim.fourier.plans import transform
 from roughsim.grid import Array, Grid, Index, need_grid
-from roughsim.surface.modes import mode_variance
+from roughsim.surface.modes import mode_variance, remembered
 from roughsim.surface.spectrum import Spectrum
 
 
@@ -57,11 +54,7 @@ def synthesize(
         )
     if amplitudes not in ("fixed", "gaussian"):
         raise ValueError(f'amplitudes = {amplitudes!r} must be "fixed" or "gaussian"')
-    # the modes are cached only for a spectrum that cannot change: a frozen record, or a truncated one
-    whole = getattr(spectrum, "whole", spectrum)
-    frozen = is_dataclass(whole) and vars(type(whole))["__dataclass_params__"].frozen
-    find_modes: Callable[..., _DrawnModes] = remembered_modes if frozen else independent_modes
-    modes = find_modes(spectrum, grid)
+    modes = independent_modes(spectrum, grid)
     count = modes.kept.size
     real = modes.real
     if amplitudes == "gaussian":
@@ -100,6 +93,7 @@ class _DrawnModes(NamedTuple):
     deviation: Array  # √variance of one mode of the full plane, m
 
 
+@remembered  # .02 s for each member of a run, a fifth of its time
 def independent_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     """Return the modes of a surface, one of each conjugate pair, in order of the shortest wavenumber of their cells.
 
@@ -133,7 +127,3 @@ def independent_modes(spectrum: Spectrum, grid: Grid) -> _DrawnModes:
     place = kx * half[1] + ky
     partner = mirror[paired] * half[1] + ky[paired]
     return _DrawnModes(kept, place, paired, partner, real, np.sqrt(variance.flat[place]))
-
-
-# .02 s for each member of a run, a fifth of its time; the dozen spectra and grids of a run come in turn
-remembered_modes = lru_cache(maxsize=16)(independent_modes)

@@ -102,7 +102,7 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     # modes below rounding are not in the heights. κ = q_s/2 makes the residual close to the error of the pressure
     highest = math.sqrt(greatest(1e-24 * greatest(np.inf)[0])[1])
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
-    pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum)
+    pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum, along, across)
     relief = _Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
     if grid.points <= KEPT:
         relief.heights = heights.copy()
@@ -175,9 +175,8 @@ def truncated(relief: _Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
     return grid, heights
 
 
-def _pressed_at(point: int, grid: Grid, spectrum: Field) -> float:
-    """Return p − load = |q|h/2 of full contact at one point of the flattened grid: one sum."""
-    along, across = squares(grid)
+def _pressed_at(point: int, grid: Grid, spectrum: Field, along: Field, across: Field) -> float:
+    """Return p − load = |q|h/2 of full contact at one point of the flattened grid, with q² by `squares`: one sum."""
     row, column = divmod(point, grid.shape[1])
     # phases q·x of the point, along both axes
     turn_along = 2 * np.pi * row / grid.shape[0] * np.arange(along.size)
