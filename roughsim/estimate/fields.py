@@ -162,7 +162,8 @@ def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
 def hottest_seen(scene: Scene) -> Estimate | None:
     """Return what 1 % of the picture of a camera exceeds, K, with all heat in the moving body; None if unknown.
 
-    It is the rms of the law times the ratio in drawn contacts. Their last step to a higher cut-off counts as error, and
+    It is the rms of the law times the mean ratio in pictures of drawn contacts, of light ones within 1 % of the ratio in
+    all of them together. Their last step to a higher cut-off counts as error, and
     form and law as for the quantiles of the temperature.
     """
     drawn = prediction.drawn_pictures(scene)

@@ -119,6 +119,9 @@ def hottest_of(
     The picture starts from rest in the periodic cell, and slides at most so far that no contact meets its own track;
     what it shows over its rms comes with older heat as in `hottest_over_rms`. Its rms is at the whole slid distance,
     over all directions if faces are isotropic. Zero at rest, and of a uniform pressure.
+
+    Its mean over contacts is what an instrument finds that averages its pictures. That is within .3 % of what is exceeded
+    on as much of all pictures together, however few spots one shows (experiments/few_spots_seen.py).
     """
     mean_square = _mean_square(pressure, grid, camera, spectrum)
     rms = np.array(camera.heating) * np.sqrt([mean_square(one) for one in camera.sources])
