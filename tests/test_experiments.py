@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[1]
 SCRIPTS = sorted(
     path for path in (ROOT / "experiments").glob("*.py") if path.stem != "script"
 )  # what they share
-TABLES_ALONE = "lay_camera", "lay_waves", "reactions_points"
+TABLES_ALONE = "few_spots_seen", "lay_camera", "lay_waves", "reactions_points"
 
 
 @pytest.mark.slow

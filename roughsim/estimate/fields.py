@@ -162,9 +162,9 @@ def quantiles(scene: Scene, *, sliding: bool = False) -> dict[str, Estimate]:
 def hottest_seen(scene: Scene) -> Estimate | None:
     """Return what 1 % of the picture of a camera exceeds, K, with all heat in the moving body; None if unknown.
 
-    It is the rms of the law times the mean ratio in pictures of drawn contacts, of light ones within 1 % of the ratio in
-    all of them together. Their last step to a higher cut-off counts as error, and
-    form and law as for the quantiles of the temperature.
+    It is the rms of the law times the mean ratio in pictures of drawn contacts: of light ones it is within 1 % of the
+    ratio in all pictures together. Their last step to a higher cut-off counts as error, and form and law as for the
+    quantiles of the temperature.
     """
     drawn = prediction.drawn_pictures(scene)
     if not drawn:

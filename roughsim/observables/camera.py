@@ -120,8 +120,8 @@ def hottest_of(
     what it shows over its rms comes with older heat as in `hottest_over_rms`. Its rms is at the whole slid distance,
     over all directions if faces are isotropic. Zero at rest, and of a uniform pressure.
 
-    Its mean over contacts is what an instrument finds that averages its pictures. That is within .3 % of what is exceeded
-    on as much of all pictures together, however few spots one shows (experiments/few_spots_seen.py).
+    An instrument that averages its pictures finds the mean over contacts. That is within .3 % of what as much of all
+    pictures together exceeds, with few spots in each (experiments/few_spots_seen.py).
     """
     mean_square = _mean_square(pressure, grid, camera, spectrum)
     rms = np.array(camera.heating) * np.sqrt([mean_square(one) for one in camera.sources])
