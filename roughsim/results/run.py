@@ -257,6 +257,9 @@ class Run(Estimates):
     ) -> Iterator[tuple[int, Field]]:
         """Iterate over the kept fields of a column's finest level in the run's cell, one in memory at a time.
 
+        ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
+        RecordError if a file is damaged.
+
         Parameters
         ----------
         name : {"heights", "pressure", "heat_flux", "temperature", "seen"}
@@ -276,9 +279,6 @@ class Run(Estimates):
         -------
         iterator of (int, ndarray)
             Index of the realization, and its field of the shape of the level, float32.
-
-        ValueError if there is no such field or column, the speed is missing, or no realization kept its fields.
-        RecordError if a file is damaged.
         """
         heated.check_field(name, speed, direction)
         level = self.numerics.picture(self.column(column))

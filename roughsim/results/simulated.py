@@ -221,6 +221,8 @@ class Estimates(Means):
     def estimate(self, observable: str, column: str | None = None) -> Estimate:
         """Return the mean of an observable with its errors.
 
+        ValueError if there is no such observable or column, or no realization yet.
+
         Parameters
         ----------
         observable : str
@@ -233,8 +235,6 @@ class Estimates(Means):
         Estimate
             Arrays over speed, of faces with a lay over direction and speed, or of one entry. Temperatures have the heat
             share used (`share`), and include its errors; in the column sliding, the share follows from its own heat.
-
-        ValueError if there is no such observable or column, or no realization yet.
         """
         column_of = self.simulated(column)
         found = column_of.estimate(observable)

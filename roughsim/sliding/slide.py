@@ -92,6 +92,9 @@ def slide(  # noqa: PLR0913  (two bodies)
 
     First encounter only: each position meets fresh surfaces, without the deformation by earlier contacts.
 
+    TypeError or ValueError for an argument of the wrong kind or out of its range; ConvergenceError if a contact or the
+    share of its heat is not found.
+
     Parameters
     ----------
     heights, counter_heights : array_like
@@ -116,9 +119,6 @@ def slide(  # noqa: PLR0913  (two bodies)
         About how many; each is a whole number of pixels along x. Left out: one pixel each.
     tolerance : float
         Of each contact solve.
-
-    TypeError or ValueError for an argument of the wrong kind or out of its range; ConvergenceError if a contact or the
-    share of its heat is not found.
     """
     need_grid(grid)
     need_solid(solid)

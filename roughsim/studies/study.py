@@ -121,13 +121,13 @@ class Study(StudyResults):
     def save(self, path: str | Path) -> Path:
         """Write the results into one file.
 
+        ValueError for another ending, or if the points do not make arrays.
+
         Parameters
         ----------
         path : str or Path
             .csv, .json and .parquet (with pandas and pyarrow) hold the tidy table; .h5 and .nc are netCDF-4 for xarray,
             with every observable over the varied keys, the column and the speed. Returned.
-
-        ValueError for another ending, or if the points do not make arrays.
         """
         path = Path(path)
         ending = path.suffix.lower()
@@ -158,14 +158,14 @@ class Study(StudyResults):
 
         Without a varied number it is drawn over the speed. Other keys have their first values, named in the title.
 
+        ValueError for another ending or observable, or without results.
+
         Parameters
         ----------
         path : str or Path
             Of the picture: .png, .pdf or .svg.
         observable : str, optional
             One of the observables of `roughsim.observables.catalogue.OBSERVABLES`.
-
-        ValueError for another ending or observable, or without results.
         """
         draw_study(self, usual_choice(self, observable), Path(path))
 
