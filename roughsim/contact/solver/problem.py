@@ -91,6 +91,9 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     scaled = heights - middle
     scaled /= unit
     spectrum = kept_half_space(unit_grid, np.float64).forward(scaled)
+    kept = grid.points <= KEPT
+    if kept:
+        heights, spectrum = heights.copy(), spectrum.copy()
     along, across = squares(unit_grid)
 
     def greatest(least: float) -> Any:
@@ -104,9 +107,7 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
     pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum, along, across)
     relief = _Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
-    if grid.points <= KEPT:
-        relief.heights = heights.copy()
-        relief.spectrum = spectrum.copy()
+    if kept:
         _latest[:] = [relief]
     return relief
 
