@@ -163,6 +163,8 @@ class _Verb(Generic[P, R]):
 def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> Theory:
     """Return the results of the analytic theory for a scene.
 
+    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
+
     Parameters
     ----------
     scene : Scene, str, path or dict
@@ -179,8 +181,6 @@ def theory(scene: SceneLike, *, changes: Mapping[str, Any] | None = None) -> The
     ------
     SceneError
         As from `load_scene`.
-
-    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
     loaded = as_scene(scene, changes)
     judged = judge(loaded)

@@ -56,6 +56,8 @@ def run(  # noqa: PLR0913  (each is an option)
 ) -> Run:
     """Compute an ensemble into a folder, or resume it.
 
+    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed, before any work.
+
     Parameters
     ----------
     scene : Scene, str, path or dict
@@ -114,8 +116,6 @@ def run(  # noqa: PLR0913  (each is an option)
         round does, when the round begins: stored members stay.
     TypeError, ValueError
         Naming the argument, before any work.
-
-    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed, before any work.
     """
     allowed = Workers(workers, executor)
     if target_error is not None:

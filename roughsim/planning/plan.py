@@ -37,6 +37,8 @@ def plan(
 ) -> Numerics:
     """Choose the numerics of a scene by rule; keys given in its [numerics] section are kept.
 
+    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
+
     Parameters
     ----------
     scene : Scene, str, path or dict
@@ -58,8 +60,6 @@ def plan(
         If `target_error` is not in (0, 1).
     ResolutionError
         If the machine has too little memory for the first round.
-
-    A `SceneWarning` names each number beyond the model, and each assumption that is easily missed.
     """
     changes = dict(changes or {})
     if target_error is not None:

@@ -84,6 +84,8 @@ def new(name: str | None = None, path: str | os.PathLike[str] | None = None) -> 
 def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = None) -> Scene:
     """Return a scene from the name of a bundled one, from a file, or from the content of a file.
 
+    A `SceneWarning` names each number that is probably a slip.
+
     Parameters
     ----------
     name_or_path : str, path or mapping
@@ -99,8 +101,6 @@ def load_scene(name_or_path: SceneSource, changes: Mapping[str, Any] | None = No
         One line with the file, the key, its value, the limit and advice.
     FileNotFoundError
         If a file does not exist.
-
-    A `SceneWarning` names each number that is probably a slip.
     """
     scene = _loaded(name_or_path, changes)
     warn_of(scene.remarks)
