@@ -40,9 +40,7 @@ class Operator:
     def __init__(self, grid: Grid, dtype: Any):
         self.dtype = np.dtype(dtype)
         self.shape = grid.shape
-        self.along, self.across = (
-            np.square(q.ravel()).astype(self.dtype) for q in grid.wavevectors
-        )
+        self.along, self.across = _squares(grid, self.dtype)
         self.factor = self.dtype.type(0.5 / grid.points)
         rows, columns = grid.shape
         half = grid.half_shape[1]
@@ -118,6 +116,7 @@ class PlainOperator(Operator):
 
     def __init__(self, grid: Grid, dtype: Any):
         self.transform = Transform(grid.shape, dtype)
+        self.along, self.across = _squares(grid, dtype)
         stiffness = 0.5 * grid.wavenumbers
         compliance = np.zeros(grid.half_shape)
         np.divide(1.0, stiffness, out=compliance, where=stiffness > 0.0)
@@ -140,6 +139,12 @@ class PlainOperator(Operator):
     def complex_spectrum(self) -> Field:
         """The buffer, shape (columns//2 + 1, rows)."""
         return self.transform.spectrum.T
+
+
+def _squares(grid: Grid, dtype: Any) -> tuple[Field, Field]:
+    """Return q² along the columns and the rows of a transposed half spectrum, whose sum is |q|²."""
+    along, across = (np.square(q.ravel()).astype(dtype) for q in grid.wavevectors)
+    return along, across
 
 
 def half_space(grid: Grid, dtype: Any) -> Operator:

@@ -90,11 +90,12 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     unit_grid = Grid(grid.shape, (grid.lengths[0] / side, grid.lengths[1] / side))
     scaled = heights - middle
     scaled /= unit
-    spectrum = kept_half_space(unit_grid, np.float64).forward(scaled)
+    operator = kept_half_space(unit_grid, np.float64)
+    spectrum = operator.forward(scaled)
+    along, across = operator.along, operator.across
     kept = grid.points <= KEPT
     if kept:
         heights, spectrum = heights.copy(), spectrum.copy()
-    along, across = squares(unit_grid)
 
     def greatest(least: float) -> Any:
         """Return the greatest power of a mode, and the greatest q² of the modes whose power is above `least`."""
@@ -130,12 +131,6 @@ def dimensionless(
     cap = hardness / pressure_unit
     problem = ScaledProblem(heights, middle, unit, relief.grid, load, cap, relief.stiffness)
     return problem, relief, pressure_unit
-
-
-def squares(grid: Grid) -> tuple[Field, Field]:
-    """Return q² along the columns and the rows of a transposed half spectrum, whose sum is |q|²."""
-    along, across = (np.square(q.ravel()) for q in grid.wavevectors)
-    return along, across
 
 
 def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[ScaledProblem]:
@@ -177,7 +172,7 @@ def truncated(relief: _Relief, shape: tuple[int, int]) -> tuple[Grid, Field]:
 
 
 def _pressed_at(point: int, grid: Grid, spectrum: Field, along: Field, across: Field) -> float:
-    """Return p − load = |q|h/2 of full contact at one point of the flattened grid, with q² by `squares`: one sum."""
+    """Return p − load = |q|h/2 of full contact at one point of the flattened grid, with q² along both axes: one sum."""
     row, column = divmod(point, grid.shape[1])
     # phases q·x of the point, along both axes
     turn_along = 2 * np.pi * row / grid.shape[0] * np.arange(along.size)
@@ -207,10 +202,9 @@ def full_contact(problem: ScaledProblem, relief: _Relief) -> ScaledSolution | No
     if load + relief.pressed < -1e-3 * load:
         return None
     # in a buffer of its own: the spectrum may be needed after this
-    along, across = squares(grid)
     operator = half_space(grid, np.float64)
     fluctuation = np.empty(grid.shape)
-    half_wavenumber = 0.5 * np.sqrt(across[:, None] + along)
+    half_wavenumber = 0.5 * np.sqrt(operator.across[:, None] + operator.along)
     np.multiply(relief.spectrum, half_wavenumber, out=operator.complex_spectrum)
     operator.inverse(fluctuation)
     rounding = 1e-14 * (load + float(np.abs(fluctuation).max()))
