@@ -5,13 +5,12 @@ transposed half spectra, as `operators` hold them.
 """
 
 import math
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from roughsim._kernels import lines as kernels
-from roughsim.contact.solver.operators import KEPT, half_space, kept_half_space
+from roughsim.contact.solver.operators import half_space, kept_half_space
 from roughsim.fourier.blocks import extremes, run, spans
 from roughsim.grid import Field, Grid
 
@@ -57,32 +56,19 @@ class ScaledSolution(NamedTuple):
     transforms: float = 1.0
 
 
-@dataclass(slots=True, eq=False)
-class _Relief:
+class _Relief(NamedTuple):
     """Properties of the heights and grid of a contact problem, for any load."""
 
-    heights: Field  # m; a copy if it is kept
-    cell: Grid
     grid: Grid  # in units of the longer side
     middle: float  # m
     unit: float  # half the range of the heights, m
-    spectrum: Field
+    spectrum: Field  # in a buffer that the next solve on this grid overwrites
     stiffness: float
     pressed: float  # p − load at the lowest point in full contact
-    # by the shape of a coarser grid: the grid, and the modes of the heights that it resolves, in units of `unit`
-    coarse: dict[tuple[int, int], tuple[Grid, Field]] = field(default_factory=dict)
-
-
-_latest: list[
-    _Relief
-] = []  # of the last solve on a small grid: other loads on the same heights may follow
 
 
 def relief_of(heights: Field, grid: Grid) -> _Relief:
-    """Return the relief of some heights, m; the relief of the previous solve if it had the same ones."""
-    for latest in _latest:
-        if latest.cell == grid and np.array_equal(latest.heights, heights):
-            return latest
+    """Return the relief of some heights, m."""
     low, high = extremes(heights)
     middle = 0.5 * (high + low)
     side = max(grid.lengths)
@@ -93,9 +79,6 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     operator = kept_half_space(unit_grid, np.float64)
     spectrum = operator.forward(scaled)
     along, across = operator.along, operator.across
-    kept = grid.points <= KEPT
-    if kept:
-        heights, spectrum = heights.copy(), spectrum.copy()
 
     def greatest(least: float) -> Any:
         """Return the greatest power of a mode, and the greatest q² of the modes whose power is above `least`."""
@@ -107,10 +90,7 @@ def relief_of(heights: Field, grid: Grid) -> _Relief:
     highest = math.sqrt(greatest(1e-24 * greatest(np.inf)[0])[1])
     stiffness = 0.5 * max(highest, 2 * np.pi / max(unit_grid.lengths))
     pressed = _pressed_at(int(np.argmin(heights)), unit_grid, spectrum, along, across)
-    relief = _Relief(heights, grid, unit_grid, middle, unit, spectrum, stiffness, pressed)
-    if kept:
-        _latest[:] = [relief]
-    return relief
+    return _Relief(unit_grid, middle, unit, spectrum, stiffness, pressed)
 
 
 def dimensionless(
@@ -141,9 +121,7 @@ def coarser(finest: ScaledProblem, relief: _Relief, known: int = 0) -> list[Scal
         nx, ny = ((n + 1) // 2 if n >= 2 * _COARSEST else n for n in fine)
         if (nx, ny) == fine or nx * ny <= known:
             return levels
-        if (nx, ny) not in relief.coarse:
-            relief.coarse[nx, ny] = truncated(relief, (nx, ny))
-        grid, heights = relief.coarse[nx, ny]
+        grid, heights = truncated(relief, (nx, ny))
         stiffness = min(finest.stiffness, 0.5 * grid.nyquist)
         levels.append(
             finest._replace(heights=heights, middle=0.0, unit=1.0, grid=grid, stiffness=stiffness)
