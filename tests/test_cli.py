@@ -231,8 +231,11 @@ def test_the_list_of_verbs_cuts_no_sentence_on_a_terminal_of_80_columns(capsys, 
 
 @pytest.mark.parametrize("words", [("theory", "nosuch"), ("doctor",)])
 def test_lines_break_between_words_of_a_terminal(capsys, monkeypatch, words):
+    monkeypatch.setenv("COLUMNS", "200")
     _, out, err = inside(capsys, *words)
     monkeypatch.setenv("COLUMNS", "60")
+    assert inside(capsys, *words)[2] == err  # of a pipe
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     _, *narrow = inside(capsys, *words)
     assert max(map(len, (out + err).splitlines())) > 60
     for line in "".join(narrow).splitlines():

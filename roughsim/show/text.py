@@ -77,9 +77,11 @@ def say(text: str) -> None:
 
 
 def tell(text: str) -> None:
-    """Write lines to the standard error, broken between words at the width of a terminal; nothing if it is closed."""
+    """Write lines to the standard error, which a terminal breaks between words; nothing if it is closed."""
     if sys.stderr is not None:
-        lines = wrapped(text, columns_of_terminal(piped=sys.maxsize))
+        # a program that reads them, such as grep, wants whole lines
+        width = columns_of_terminal() if sys.stderr.isatty() else sys.maxsize
+        lines = wrapped(text, width)
         with suppress(OSError):
             sys.stderr.write("".join(f"{line}\n" for line in lines))
             sys.stderr.flush()
