@@ -11,6 +11,8 @@ further apart than both errors (95 %, added as squares).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from math import inf, pi
 from pathlib import Path
 from typing import Any
@@ -223,6 +225,20 @@ def draw(rows: Rows, path: Path) -> None:
         legend_below(figure, [axes], 2)
 
 
+def fill(
+    rows: Rows,
+    scenes: list[rs.Scene],
+    runs: int,
+    reference: Callable[[int], Row],
+    run: Callable[[rs.Scene, int, str], Row],
+) -> None:
+    """Add the missing rows: the reference of each scene by its place, and runs by scene, seed and a name."""
+    for place, scene in enumerate(scenes):
+        rows.once("reference", str(place), partial(reference, place))
+        for seed in range(runs):
+            rows.once("runs", f"{place} {seed}", partial(run, scene, seed, f"{place}-{seed}"))
+
+
 def main() -> None:
     command = Command(__file__, __doc__, "two runs of one scene, of 64² points")
     command.add_argument("--runs", type=int, default=6, help="runs of each scene")
@@ -232,18 +248,14 @@ def main() -> None:
         (64, (6, 6), 2, 6) if options.toy else (128, (24, 80), options.runs, options.cells)
     )
     rows = Rows(options.output / "few_spots.json", resume=not options.toy)
-    for place, one in enumerate(drawn()[: 1 if options.toy else None]):
-        rows.once("reference", str(place), lambda one=one: reference(one, points, cells))
-        for seed in range(runs):
-            folder = options.output / f"{place}-{seed}"
-            scene = scene_of(one, points)
-            rows.once(
-                "runs",
-                f"{place} {seed}",
-                lambda scene=scene, seed=seed, folder=folder: run_of(
-                    scene, seed, most[seed % 2], folder
-                ),
-            )
+    scenes = drawn()[: 1 if options.toy else None]
+    fill(
+        rows,
+        [scene_of(one, points) for one in scenes],
+        runs,
+        lambda place: reference(scenes[place], points, cells),
+        lambda scene, seed, name: run_of(scene, seed, most[seed % 2], options.output / name),
+    )
     numbers = judged(rows, runs)
     draw(rows, options.output / "few_spots.png")
     if options.evidence:

@@ -180,16 +180,13 @@ def main() -> None:
     name = "tune" if options.tune else "judge"
     rows = Rows(options.output / f"{name}.json", resume=not options.toy)
     scenes = drawn(TUNE if options.tune else JUDGE)[: 1 if options.toy else None]
-    for place, one in enumerate(scenes):
-        rows.once("reference", str(place), lambda one=one: reference(one, points, cells))
-        for seed in range(runs):
-            folder = options.output / f"{name}-{place}-{seed}"
-            scene = scene_of(one, points)
-            rows.once(
-                "runs",
-                f"{place} {seed}",
-                lambda scene=scene, seed=seed, folder=folder: run_of(scene, seed, most, folder),
-            )
+    few_spots.fill(
+        rows,
+        [scene_of(one, points) for one in scenes],
+        runs,
+        lambda place: reference(scenes[place], points, cells),
+        lambda scene, seed, own: run_of(scene, seed, most, options.output / f"{name}-{own}"),
+    )
     numbers = judged(rows, runs)
     if options.evidence:
         command_line = "python experiments/few_spots_seen.py --evidence"
