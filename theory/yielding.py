@@ -196,7 +196,7 @@ class YieldingSpectrum:
     penetration_hardness: float
     step: float = STEP
 
-    @cached_property
+    @property
     def _ends(self) -> Array:
         """The breaks of C(q), rad/m."""
         return breaks_of(self.spectrum)

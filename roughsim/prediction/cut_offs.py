@@ -144,14 +144,17 @@ class _Stiffened:
         return np.asarray(np.vectorize(theory.lay.stiffening)(self.lay, elastic))
 
 
-@lru_cache(maxsize=64)  # .01 s each: the same for both bodies, and in each round
+# .01 s each: the same for both bodies, and in each round
+_elastic_law = lru_cache(maxsize=64)(elastic_steps)
+
+
 def _law(
     spectrum: Spectrum, q_max: float, penetration_hardness: float | None, **solid: float
 ) -> YieldingSpectrum:
     """Return |σ_q|² by the law up to one cut-off, rad/m, without hardness of elastic contact."""
     cut: Any = TruncatedSpectrum(spectrum, q_max) if q_max < inf else spectrum
     if penetration_hardness is None:
-        return elastic_steps(cut, **solid)
+        return _elastic_law(cut, **solid)
     return law_of(cut, **solid, penetration_hardness=penetration_hardness)
 
 
