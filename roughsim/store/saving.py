@@ -6,9 +6,11 @@ No process takes a lock. A file is removed only after another with all its membe
 """
 
 import os
+import random
 import re
 import secrets
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +26,8 @@ MOST = 128  # members of a part
 WHOLE = "members.h5"
 _PART = re.compile(r"\w[\w.-]*-\d{3,}\.h5")
 _UNFINISHED = re.compile(r"\.(?:run\.json|scene\.toml|\w[\w.-]*\.h5)\.[\w-]+\.tmp")
-_TRIES = 3  # to merge parts while other processes do
+_TRIES = 10  # to merge parts while other processes do
+_PAUSE = 0.02  # s at most before the second try; twice as long before each later one
 Stamp = tuple[int, int, int]  # of the content of a file: inode, time of writing, bytes
 
 
@@ -100,25 +103,31 @@ def merge(folder: Path, owner: str, read: Callable[[], Part]) -> None:
     other way to place it refuses the file of another process.
     """
     whole = folder / WHOLE
-    for _ in range(_TRIES):
+    for tried in range(_TRIES):
         found = listed(folder)
         if not found.keys() - {whole}:
             return
-        with suppress(FileNotFoundError, FileExistsError):  # another process merges, too
-            own = [_own(folder, path, owner) for path in found]
-            merged = own[0]
-            if len(own) > 1:
-                part, merged = read(), _new_part(folder, owner)
-                write_part(merged, of_run(part.header), part.members)
-            kept = None
-            try:
-                os.link(merged, whole)
-            except (FileNotFoundError, FileExistsError):
-                raise
-            except OSError:
-                kept = merged
-            for path in {*own, merged} - {kept}:
-                path.unlink(missing_ok=True)
+        try:
+            _merge_found(folder, owner, found, read)
+        except (FileNotFoundError, FileExistsError):  # another process merges, too
+            time.sleep(random.uniform(0.0, _PAUSE * 2.0**tried))  # else they take turns for ever
+
+
+def _merge_found(folder: Path, owner: str, found: Iterable[Path], read: Callable[[], Part]) -> None:
+    own = [_own(folder, path, owner) for path in found]
+    merged = own[0]
+    if len(own) > 1:
+        part, merged = read(), _new_part(folder, owner)
+        write_part(merged, of_run(part.header), part.members)
+    kept = None
+    try:
+        os.link(merged, folder / WHOLE)
+    except (FileNotFoundError, FileExistsError):
+        raise
+    except OSError:
+        kept = merged
+    for path in {*own, merged} - {kept}:
+        path.unlink(missing_ok=True)
 
 
 def _own(folder: Path, path: Path, owner: str) -> Path:

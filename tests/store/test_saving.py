@@ -1,6 +1,7 @@
 """Saving members in parts, and putting them into one file: whatever ends a process, no member on disk is lost."""
 
 import os
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -216,6 +217,57 @@ def test_a_process_that_slept_saves_its_last_part_again(folder):
     sleeper.save()
     assert names(folder) == ["here-1-ab-000.h5", "members.h5"]
     assert indices(folder) == [0, 1, 2, 3]
+
+
+def test_a_process_whose_files_others_take_again_and_again_waits_at_random_and_ends(
+    folder, monkeypatch
+):
+    for index, owner in enumerate(("a-2-cd", "b-3-ef")):
+        saved(folder, owner, index)
+    genuine, pauses = os.rename, []
+
+    def taken(source, target):
+        if len(pauses) < 6:
+            raise FileNotFoundError(source)
+        genuine(source, target)
+
+    monkeypatch.setattr(os, "rename", taken)
+    monkeypatch.setattr(saving.time, "sleep", pauses.append)
+    monkeypatch.setattr(saving.random, "uniform", lambda least, most: (least, most))
+    merge(folder, "here-1-ab", all_of(folder))
+    assert pauses == [(0.0, 0.02 * 2**tried) for tried in range(6)]
+    assert names(folder) == ["members.h5"]
+    assert indices(folder) == [0, 1]
+
+
+def save_and_merge(folder, index, together):
+    owner = f"here-{index}-ab"
+    saved(folder, owner, index)
+    together.wait()
+    merge(folder, owner, all_of(folder))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings(
+    "ignore:.*multi-threaded:DeprecationWarning"
+)  # fork: its threads have ended
+def test_processes_that_leave_at_one_moment_leave_one_file(tmp_path):
+    context = get_context("fork")
+    for turn in range(30):  # with three tries, without a pause, one in seven left parts
+        folder = tmp_path / f"run-{turn}"
+        (folder / "members").mkdir(parents=True)
+        together = context.Barrier(3)
+        processes = [
+            context.Process(target=save_and_merge, args=(folder, index, together))
+            for index in range(3)
+        ]
+        for process in processes:
+            process.start()
+        for process in processes:
+            process.join()
+        assert [process.exitcode for process in processes] == [0, 0, 0]
+        assert names(folder) == ["members.h5"]
+        assert indices(folder) == [0, 1, 2]
 
 
 def test_a_part_that_grows_while_another_process_merges_stays(folder):
