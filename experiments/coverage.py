@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 python experiments/coverage.py [--toy] [-o FOLDER] [--only NAME ...] [--seeds N] [--evidence]
         [--drawn SEED | --materials SEED | --soft SEED | --lays SEED]
 
-Six scenes run to a total error of 1 or 2 % of T_flash. Each run is judged by T_flash at every speed, contact area,
-g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
+Six scenes run to a total error of 1 or 2 % of T_flash, forty times each. Each run is judged by T_flash at every speed,
+contact area, g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
 reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
 squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %. With
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
@@ -50,7 +50,8 @@ FIRST_SEED = 1000
 TARGETS = {"demo": 0.01, "steel-1.2GPa": 0.01}  # relative total errors of T_flash; of the others:
 OTHERS = 0.02
 FLASH = "flash_temperature"
-LEAST_RUNS = 8  # of a scene
+RUNS = 40  # of each of the six scenes
+LEAST_RUNS = 8  # of a drawn scene
 MEASURED = {  # observable: its name in the references
     FLASH: FLASH,
     "contact_fraction": "contact_fraction_corrected",
@@ -310,7 +311,7 @@ def distances(results: dict[str, Result]) -> list[dict[str, Any]]:
 def main() -> None:
     command = Command(__file__, __doc__, "two seeds of the demo to 5 %")
     command.add_argument("--only", nargs="*", help="names of scenes")
-    command.add_argument("--seeds", type=int, default=40, help="runs of each scene at most")
+    command.add_argument("--seeds", type=int, help="runs of each scene, in place of these numbers")
     by = command.add_mutually_exclusive_group()
     by.add_argument(
         "--drawn", type=int, metavar="SEED", help="in place of the six scenes, ten that are drawn"
@@ -341,7 +342,7 @@ def main() -> None:
         truth = references(case, deep[name])
         if draw:
             truth = {name: pair for name, pair in truth.items() if name in draw.judged}
-        seeds = 2 if options.toy else min(options.seeds, draw.runs) if draw else options.seeds
+        seeds = 2 if options.toy else options.seeds or (draw.runs if draw else RUNS)
         found = runs(name, case, target, seeds, rows, draw.seconds if draw else inf)
         told(name, case, target, found, truth)
         results[name] = case, target, found, truth
