@@ -4,8 +4,8 @@
         [--drawn SEED | --materials SEED | --soft SEED | --lays SEED]
 
 Six scenes run to a total error of 1 or 2 % of T_flash, forty times each. Each run is judged by T_flash at every speed,
-contact area, g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json, by
-reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
+contact area, g_σ(0), and the share of the heat where there are two bodies. The references are in reference/deep.json,
+by reference/make_deep.py. An interval holds the reference if they are no further apart than both errors (95 %, added as
 squares) allow. Rows in FOLDER/coverage.json are not computed again. --toy takes two seeds of the demo to 5 %. With
 --drawn the scenes are the ten that benchmarks/drawn.py draws with a seed, to 1 %; their references go into
 FOLDER/deep-drawn-SEED.json, before the runs, and their rows into FOLDER/coverage-drawn-SEED.json. They have as many
