@@ -41,14 +41,15 @@ def listed(folder: Path) -> dict[Path, Stamp]:
     before, now = None, _stamps(folder)
     while now != before:  # else a file that is renamed meanwhile might be seen at neither place
         before, now = now, _stamps(folder)
-    return {Path(path): now[path] for path in sorted(now)}
+    return {Path(path): stamp for path, stamp in sorted(now.items()) if stamp}
 
 
-def _stamps(folder: Path) -> dict[str, Stamp]:
+def _stamps(folder: Path) -> dict[str, Stamp | None]:
+    """Return the stamps of files as they are found one after another; None for a file that has gone meanwhile."""
     paths = [str(folder / WHOLE)]
     with suppress(FileNotFoundError, NotADirectoryError), os.scandir(folder / "members") as entries:
         paths += [entry.path for entry in entries if _PART.fullmatch(entry.name)]
-    found = {}
+    found: dict[str, Stamp | None] = dict.fromkeys(paths)
     for path in paths:
         try:
             about = os.stat(path)
@@ -107,13 +108,14 @@ def merge(folder: Path, owner: str, read: Callable[[], Part]) -> None:
         found = listed(folder)
         if not found.keys() - {whole}:
             return
-        try:
-            _merge_found(folder, owner, found, read)
-        except (FileNotFoundError, FileExistsError):  # another process merges, too
-            time.sleep(random.uniform(0.0, _PAUSE * 2.0**tried))  # else they take turns for ever
+        with suppress(FileNotFoundError, FileExistsError):  # another process merges, too
+            if _merge_found(folder, owner, found, read):
+                return  # without another look: each takes files until it has placed its own, so that all end
+        time.sleep(random.uniform(0.0, _PAUSE * 2.0**tried))  # else they take turns for ever
 
 
-def _merge_found(folder: Path, owner: str, found: Iterable[Path], read: Callable[[], Part]) -> None:
+def _merge_found(folder: Path, owner: str, found: Iterable[Path], read: Callable[[], Part]) -> bool:
+    """Merge these files; False if another process may have done the same unseen, without hard links."""
     own = [_own(folder, path, owner) for path in found]
     merged = own[0]
     if len(own) > 1:
@@ -128,6 +130,7 @@ def _merge_found(folder: Path, owner: str, found: Iterable[Path], read: Callable
         kept = merged
     for path in {*own, merged} - {kept}:
         path.unlink(missing_ok=True)
+    return kept is None or len(own) == 1
 
 
 def _own(folder: Path, path: Path, owner: str) -> Path:

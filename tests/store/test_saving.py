@@ -1,8 +1,10 @@
 """Saving members in parts, and putting them into one file: whatever ends a process, no member on disk is lost."""
 
 import os
+from contextlib import suppress
 from multiprocessing import get_context
 from pathlib import Path
+from threading import Barrier, BrokenBarrierError, Thread
 
 import numpy as np
 import pytest
@@ -240,6 +242,34 @@ def test_a_process_whose_files_others_take_again_and_again_waits_at_random_and_e
     assert indices(folder) == [0, 1]
 
 
+def test_processes_that_take_files_of_each_other_while_they_write_for_long_write_few_times(
+    folder, monkeypatch
+):
+    genuine, together, written = write_part, Barrier(2), []
+
+    def slow(path, run, members):
+        written.append(path)
+        with suppress(BrokenBarrierError):  # the other one has ended
+            together.wait()
+        genuine(path, run, members)
+
+    def merged(owner):
+        merge(folder, owner, all_of(folder))
+        together.abort()
+
+    for index, owner in enumerate(("a-2-cd", "b-3-ef")):
+        saved(folder, owner, index)
+    monkeypatch.setattr(saving, "write_part", slow)
+    threads = [Thread(target=merged, args=(owner,)) for owner in ("a-2-cd", "b-3-ef")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert names(folder) == ["members.h5"]
+    assert indices(folder) == [0, 1]
+    assert len(written) <= 3
+
+
 def save_and_merge(folder, index, together):
     owner = f"here-{index}-ab"
     saved(folder, owner, index)
@@ -299,6 +329,27 @@ def test_readers_see_each_member_at_every_moment_of_a_move(folder, monkeypatch):
     monkeypatch.setattr(saving, "_stamps", stamps)
     assert [*listed(folder)] == [whole]
     assert len(calls) == 3
+
+
+def test_a_file_that_moves_twice_while_a_reader_looks_is_seen(folder, monkeypatch):
+    saved(folder, "here-1-ab", 0, 1)
+    part, whole = part_path(folder, "here-1-ab", 0), folder / "members.h5"
+    other = part_path(folder, "there-2-cd", 0)
+    genuine, looks = os.stat, []
+
+    def stat(path, **options):
+        if path == str(whole):
+            looks.append(path)
+            if len(looks) == 2:
+                os.rename(whole, other)  # by a second process, after the look into the folder
+        try:
+            return genuine(path, **options)
+        finally:
+            if looks == [path]:
+                os.rename(part, whole)  # by a first one, after the look at the whole
+
+    monkeypatch.setattr(os, "stat", stat)
+    assert [*listed(folder)] == [other]
 
 
 def test_a_damaged_file_is_moved_aside_after_its_sound_members_are_stored_again(folder):
