@@ -170,7 +170,6 @@ def complete(
     runs = []
     with Claims(claimed_in or begun[0][2].absolute()) as claims:
         for scene, numerics, folder in begun:
-            remove_unfinished(folder)
             run = unread_run(folder, "redo", scene_of(scene, numerics))
             run.until = scene.ensemble.ends  # scene.toml may have the targets of another process
             run.max_realizations = scene.ensemble.most
@@ -180,8 +179,9 @@ def complete(
             runs.append(run)
         Tasks(runs, claims, observer, source).complete(workers)
     for run in runs:
-        remove_unfinished(run.folder)
-        if not (run.folder / "claims").exists():  # else the last process to leave does it
+        if claims.was_last:
+            remove_unfinished(run.folder)
+        if claims.was_last or claimed_in:  # the last process of a study may have left other runs
             with suppress(OSError):  # on a full disk the parts stay
                 merge(run.folder, claims.name, run.members.all_read)
     return runs
@@ -209,7 +209,6 @@ def begin(
         description = RunDescription(computed.identity(), planned, versions(), press or {})
         with suppress(FileExistsError):  # another process was faster: its numerics count
             description.write(folder, computed, first=True)
-            return planned
     stored = read_description(folder)
     if numerics is None:
         keep = scene.numerics.keep_fields

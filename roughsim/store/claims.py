@@ -44,6 +44,7 @@ class Claims:
         self.name = f"{self._host}-{os.getpid()}-{secrets.token_hex(8)}"
         self.path = self.folder / f"process-{self.name}"
         self.held: set[str] = set()
+        self.was_last = False  # whether no other process was at work when this one left
         self._seen: dict[
             str, tuple[str, float]
         ] = {}  # name of a file → content, and time of its first reading, s
@@ -69,11 +70,13 @@ class Claims:
         self._end.set()
         self._thread.join()
         with suppress(OSError):  # other processes may be quicker, or at work in the folder
+            self.was_last = not self.path.exists()  # others count it as ended, or it has no claims
             self.path.unlink(missing_ok=True)
             stale = [path for path in _listed(self.folder, _FILE) if self._is_stale(path)]
             for path in stale:
                 path.unlink(missing_ok=True)
-            self.folder.rmdir()
+            self.folder.rmdir()  # of processes that leave at once, one can
+            self.was_last = True
 
     def sign(self, count: int) -> None:
         """Write the sign of life number `count`; OSError if the disk refuses."""

@@ -58,6 +58,27 @@ def test_a_process_that_begins_while_the_last_one_leaves_signs_in_a_folder_of_it
         assert mine.take(ONE)
 
 
+def test_of_processes_that_leave_at_once_one_is_the_last(tmp_path, monkeypatch):
+    mine, other = Claims(tmp_path).__enter__(), Claims(tmp_path).__enter__()
+    genuine, removed = Path.rmdir, []
+
+    def rmdir(folder):
+        removed.append(folder)
+        if len(removed) == 1:
+            other.__exit__()  # as this one is about to remove the folder
+        genuine(folder)
+
+    monkeypatch.setattr(Path, "rmdir", rmdir)
+    mine.__exit__()
+    assert (mine.was_last, other.was_last) == (False, True)
+    with Claims(tmp_path) as stays:
+        with Claims(tmp_path) as leaves:
+            pass
+        with Claims(tmp_path) as slept:
+            slept.path.unlink()  # by a process that took it for ended, and may leave before
+    assert (leaves.was_last, slept.was_last, stays.was_last) == (False, True, True)
+
+
 def test_a_process_that_gives_signs_of_life_keeps_its_claims_longer_than_a_lease(tmp_path, soon):
     with Claims(tmp_path) as mine, Claims(tmp_path) as other:
         mine.take(ONE)

@@ -1,5 +1,6 @@
 """Runs that share a folder: each member is computed once, whatever the others do."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -10,7 +11,7 @@ from stored_cases import member_path, members_of, read_member, split_members, wr
 import roughsim as rs
 from roughsim.ensemble import run as ensemble_run
 from roughsim.ensemble.executors import SerialExecutor
-from roughsim.results.description import read_description
+from roughsim.results.description import RunDescription, read_description
 from roughsim.show.remarks import Remark
 from roughsim.store.claims import Claims
 
@@ -111,6 +112,29 @@ def test_of_two_starts_at_once_the_first_plan_counts(quick, tmp_path, monkeypatc
         ensemble_run.begin(scene, folder, planned)
 
 
+def test_of_two_starts_at_once_without_hard_links_both_take_the_last_plan(
+    quick, tmp_path, monkeypatch
+):
+    def refuse(*_):
+        raise OSError(95, "Operation not supported")
+
+    planned, folder = rs.plan(quick), tmp_path / "run"
+    other = RunDescription(quick.identity(), replace(planned, tolerance=2e-4), {})
+    genuine, placed = os.replace, []
+
+    def replaced(source, target):
+        genuine(source, target)
+        placed.append(target.name)
+        if len(placed) == 1:  # the other process had looked before
+            other.write(folder, quick)
+
+    monkeypatch.setattr(os, "link", refuse)
+    monkeypatch.setattr(os, "replace", replaced)
+    assert ensemble_run.begin(quick, folder).tolerance == 2e-4
+    assert placed[:2] == ["run.json", "run.json"]
+    assert read_description(folder).numerics.tolerance == 2e-4
+
+
 def test_each_of_two_processes_stops_where_it_was_told_and_run_json_tells_the_last(quick, tmp_path):
     longer = rs.run(quick, tmp_path / "run", max_realizations=3)
 
@@ -191,6 +215,9 @@ def test_unfinished_files_are_removed(quick, tmp_path, soon):
     mine = folder / "members" / ".draft.tmp"
     for path in (*begun, mine):
         path.write_text("half")
+    with Claims(folder):  # a process that may be at work on them
+        rs.run(quick, folder, max_realizations=1)
+    assert all(path.exists() for path in begun)
     rs.run(quick, folder, max_realizations=1)
     assert [path.exists() for path in (*begun, mine)] == [False, False, False, True]
 
