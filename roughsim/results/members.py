@@ -1,7 +1,7 @@
 """The members of a run: its files, each read once while it stays the same, as a table per level."""
 
-import errno
 import warnings
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -38,7 +38,7 @@ _KNOWN = {
     "versions",
     "written",
 }  # in the provenance of every member
-_GONE = errno.ENOENT, errno.ESTALE  # errors of a file that another process has moved or replaced
+_MOVES = 10  # of a file that other processes move whenever it is to be read, at most
 Key = tuple[int, int]  # level and index
 Damaged = Literal["refuse", "skip", "redo"]
 
@@ -63,7 +63,9 @@ class Members(dict[Key, Member]):
         self.owner = ""  # name of this process, if it writes members: it does not read them
         self._treatment = treatment
         self._read: set[Stamp] = set()  # of files that have been read
-        self._gone: set[tuple[Path, Stamp]] = set()  # files that were gone when they were opened
+        self._gone: Counter[tuple[Path, Stamp]] = (
+            Counter()
+        )  # times that a file was gone when it was opened
         self.of_run = {"scene": description.scene, "numerics": self.numerics.to_dict()}
         self._identity = _identity_of(self.of_run)
         self._modes: dict[
@@ -90,10 +92,10 @@ class Members(dict[Key, Member]):
         try:
             part = read_part(path, self.keys() - self.lost)
             self._check(path, part)
-        except OSError as error:
-            if error.errno not in _GONE or (path, stamp) in self._gone:
+        except FileNotFoundError:
+            self._gone[path, stamp] += 1
+            if self._gone[path, stamp] > _MOVES:
                 raise
-            self._gone.add((path, stamp))
             return False
         except RecordError as error:
             return self._damaged(path, stamp, error)

@@ -100,8 +100,8 @@ def seal(name: str, digest: Any) -> bytes:
     return words + f"{digest.hexdigest()}\n".encode()
 
 
-def read_bytes(path: Path, most: int | None = None) -> bytes:
-    """Return all bytes of a file, read without HDF5 and its locks.
+def read_bytes(path: Path, most: int | None = None, *, again: bool = True) -> bytes:
+    """Return all bytes of a file, read without HDF5 and its locks, `again` if another machine replaces it meanwhile.
 
     OSError if it cannot be read now, with the file, the reason, and advice. RecordError if it is a folder, a pipe or a
     device, or has more bytes than `most`.
@@ -119,6 +119,8 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
                 )
             return file.read()
     except OSError as error:
+        if error.errno == errno.ESTALE and again:
+            return read_bytes(path, most, again=False)
         raise not_readable(path, error) from error
 
 

@@ -1,5 +1,6 @@
 """The run folder: what a start may take up, and a description of which no value can be changed unseen."""
 
+import errno
 import json
 import shutil
 from dataclasses import replace
@@ -11,6 +12,7 @@ from stored_cases import split_members
 import roughsim as rs
 from roughsim.errors import RecordError
 from roughsim.results import folder as folder_module
+from roughsim.results import members
 from roughsim.results.description import folder_state, read_description
 
 
@@ -58,6 +60,24 @@ def made(folder, names):
 def test_a_start_that_was_interrupted_before_it_had_written_run_json_is_taken_up(tmp_path, names):
     made(tmp_path / "run", names)
     assert folder_state(tmp_path / "run") == "free"
+
+
+@pytest.mark.parametrize("moves", [5, 1000])
+def test_a_file_that_moves_whenever_it_is_opened_is_read_when_it_stays(folder, monkeypatch, moves):
+    genuine, opened = members.read_part, []
+
+    def read(path, known):
+        opened.append(path)
+        if len(opened) <= moves:
+            raise FileNotFoundError(errno.ENOENT, "No such file", str(path))
+        return genuine(path, known)
+
+    monkeypatch.setattr(members, "read_part", read)
+    if moves == 5:
+        assert rs.open_run(folder).realizations == 2
+    else:
+        with pytest.raises(FileNotFoundError, match="members.h5"):
+            rs.open_run(folder)
 
 
 @pytest.mark.parametrize("place", ["runs", "runs/new"])

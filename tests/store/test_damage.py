@@ -117,6 +117,20 @@ def test_an_error_in_the_middle_of_a_file_is_no_damage(path):
         read_part(path)
 
 
+def test_a_file_that_another_machine_replaces_while_it_is_read_is_read_again(path, monkeypatch):
+    genuine, stale = os.fstat, []
+
+    def fstat(handle):
+        if not stale:
+            stale.append(handle)
+            raise OSError(errno.ESTALE, os.strerror(errno.ESTALE))
+        return genuine(handle)
+
+    monkeypatch.setattr(os, "fstat", fstat)
+    assert disk.read_bytes(path)[-65:] == path.read_bytes()[-65:]
+    assert stale
+
+
 def test_a_missing_file_and_a_folder_in_its_place_are_no_damage(path):
     path.unlink()
     with pytest.raises(FileNotFoundError, match="L1-000042.h5 cannot be read now"):
