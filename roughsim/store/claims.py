@@ -72,9 +72,8 @@ class Claims:
         with suppress(OSError):  # other processes may be quicker, or at work in the folder
             self.was_last = not self.path.exists()  # others count it as ended, or it has no claims
             self.path.unlink(missing_ok=True)
-            stale = [path for path in _listed(self.folder, _FILE) if self._is_stale(path)]
-            for path in stale:
-                path.unlink(missing_ok=True)
+            for path in _listed(self.folder, _FILE):  # claims before the processes that they name
+                self._remove_stale(path)
             self.folder.rmdir()  # of processes that leave at once, one can
             self.was_last = True
 
@@ -117,10 +116,23 @@ class Claims:
                 with suppress(OSError):
                     self.folder.mkdir(exist_ok=True)  # the last process to leave removes it
             except FileExistsError:
-                if not self._is_stale(path):
+                if not self._remove_stale(path):
                     return False
-                path.unlink(missing_ok=True)
         return False  # another process was quicker
+
+    def _remove_stale(self, path: Path) -> bool:
+        """Remove a file if it is stale; False if it is not, or if another process removes it.
+
+        One alone makes the guard, and looks again: else a second one would remove the new claim of the first.
+        """
+        before = _start_of(path)
+        guard = path.with_name(f"process-{path.name}")  # stale itself, if this process ends here
+        if not self._is_stale(path) or not self._made(guard):
+            return False
+        if _start_of(path) == before:
+            path.unlink(missing_ok=True)
+        guard.unlink(missing_ok=True)
+        return True
 
     def release(self, claim: str) -> None:
         """Release a claim, unless another process has taken it over."""

@@ -100,6 +100,28 @@ def test_a_silent_process_loses_its_claims_after_a_lease_on_the_clock_of_the_rea
     assert list(tmp_path.iterdir()) == []  # what the silent one left is gone too
 
 
+@pytest.mark.parametrize("killed", [False, True])
+def test_of_two_that_find_a_stale_claim_at_once_one_takes_it(tmp_path, soon, monkeypatch, killed):
+    silent(tmp_path)
+    if killed:  # another one, as it was about to take the claim
+        (tmp_path / "claims" / f"process-{ONE}").write_text("elsewhere-1-ab")
+    with Claims(tmp_path) as first, Claims(tmp_path) as second:
+        time.sleep(0.35)
+        genuine, taken = Claims._is_stale, []
+
+        def is_stale(claims, path):
+            stale = genuine(claims, path)
+            if claims is second and not taken:
+                taken.append(first.take(ONE))  # after the look of the second one
+            return stale
+
+        monkeypatch.setattr(Claims, "_is_stale", is_stale)
+        assert not second.take(ONE)
+        assert taken == [True]
+        assert (tmp_path / "claims" / ONE).read_text() == first.name
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("moment", [0.0, 1e9, 1e10], ids=["1970", "2001", "2286"])
 def test_the_times_of_files_count_for_nothing(tmp_path, moment, soon):
     # a server or another machine may have any clock
